@@ -52,18 +52,28 @@ def _differences(nodes: FloatArray) -> FloatArray:
 
 
 _BY_NODE = _differences(_NODES)
+#: Distance (l) from a joint within which a place is on it.
+_JOINT = 1e-10
 
 
 def local_state(equilibrium: Any, s: FloatArray) -> Local:
-    """Curvatures with their derivatives at abscissae (k,) in [0, 1] of a `ribbon.Equilibrium` with a free twist."""
+    """Curvatures with their derivatives at abscissae (k,) in [0, 1] of a `ribbon.Equilibrium` with a free twist; the
+    derivatives jump at the joints, where they are the mean of both sides: whichever side rounding puts `s` on."""
     problem = equilibrium.problem
     q = equilibrium.parameters
     joints = np.concatenate([[0.0], np.cumsum(problem.lengths)])
-    i = np.clip(np.searchsorted(joints, s, side="right") - 1, 0, len(q) - 1)
-    natural, slope = law.at(problem.strip.curvature, s), problem.material.curvature[i, 1]
-    h = s - joints[i]
-    k, t = q[i, 0] * h + q[i, 1], q[i, 2] * h + q[i, 3]
-    return Local(k, t, q[i, 0], q[i, 2], natural, slope, law.at(problem.strip.twist, s), problem.material.rest[i, 1])
+    last = len(q) - 1
+    behind = np.clip(np.searchsorted(joints, s + _JOINT, side="right") - 1, 0, last)
+    before = np.clip(np.searchsorted(joints, s - _JOINT, side="left") - 1, 0, last)
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.asarray(0.5 * (values[before] + values[behind]))
+
+    h = s - joints[behind]
+    k, t = q[behind, 0] * h + q[behind, 1], q[behind, 2] * h + q[behind, 3]
+    natural, slope = law.at(problem.strip.curvature, s), mean(problem.material.curvature[:, 1])
+    twist, rate = law.at(problem.strip.twist, s), mean(problem.material.rest[:, 1])
+    return Local(k, t, mean(q[:, 0]), mean(q[:, 2]), natural, slope, twist, rate)
 
 
 def offsets(section: Profile, local: Local, v: float, numbers: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:

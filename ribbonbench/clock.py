@@ -21,7 +21,15 @@ _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)
 #: Time (s) on the clock of the wall for which a look at the thread's is not repeated: that one asks the system, which
 #: takes as long as a small strip's solve on some machines.
 _COARSE = 0.01
-_looked = threading.local()
+
+
+class _Looked(threading.local):
+    """When (s) a thread's clock was looked at last, on the wall, and what it told."""
+
+    at = -math.inf, 0.0
+
+
+_looked = _Looked()
 
 
 def _now() -> float:
@@ -35,7 +43,7 @@ def _uncounted() -> float:
 def _at_most_now() -> float:
     """At least `_now`, and by no more than `_COARSE`: a thread is never longer on the processor than time has gone."""
     wall = time.perf_counter()
-    looked, there = getattr(_looked, "at", (-math.inf, 0.0))
+    looked, there = _looked.at
     if not 0.0 <= wall - looked < _COARSE:
         looked, there = _looked.at = (wall, time.thread_time())
     return float(there + (wall - looked) - _uncounted())

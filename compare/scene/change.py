@@ -185,6 +185,8 @@ def changed(document: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, A
                         _assign(result, key, None)
     if keys.get("shell.clamp") == "edge" and "shell.corner" not in given:
         _assign(result, "shell.corner", None)  # the whole edge has no corners of a size
+    if keys.get("model.energy", "auto") != "auto" and "model.accuracy" not in given:
+        _assign(result, "model.accuracy", None)  # an energy that is named leaves nothing to choose
     for key, value in keys.items():
         _assign(result, key, None if value is False and key in SECTIONS else plain(value))
     if result.get("clamp") == {}:

@@ -27,18 +27,24 @@ def leaves_open(scene: Scene) -> bool:
     return scene.model.energy == "auto" and scene.model.accuracy is None and scene.strip.thickness is None
 
 
-def enough_from(scene: Scene, state: State, accuracy: float = USUAL_ACCURACY) -> float | None:
+def enough_from(scene: Scene, state: State, accuracy: float = USUAL_ACCURACY) -> tuple[float | None, str]:
     """The w/h from which on the state is within `accuracy` (Hausdorff / l) of a shell by estimate, `THICKEST` where all
-    of them are; None: up to `THINNEST` none is, or nothing can be said."""
+    of them are; None with the reason: up to `THINNEST` none is, or nothing can be said."""
     model = chosen(scene)
-    if not state.ok or not isinstance(model, Estimates):
-        return None
+    if not state.ok:
+        return None, "it is no stable state"
+    if not isinstance(model, Estimates):
+        return None, f"{model.name} estimates nothing"
     known: dict[float, float] = {}
     ratio = BEGIN
     for _ in range(_MOST):
         found = model.estimate(scene, state, ratio)
-        if found.why or found.rival is not None or found.distance is None or not found.distance > 0.0:
-            return None
+        if found.rival is not None:
+            return None, "another state is lower"
+        if found.distance == 0.0:
+            return None, "no thickness moves it"
+        if found.why or found.distance is None:
+            return None, found.why or "the distance to a shell is not known"
         known[ratio] = found.distance
         if abs(math.log(found.distance / accuracy)) <= _NEAR:
             break
@@ -46,7 +52,7 @@ def enough_from(scene: Scene, state: State, accuracy: float = USUAL_ACCURACY) ->
         if ratio in known:
             break
     near = [one for one, distance in known.items() if distance <= accuracy * (1.0 + _NEAR)]
-    return min(near, default=None)
+    return (min(near), "") if near else (None, f"none up to w/h = {THINNEST:g} is near enough")
 
 
 def _next(known: dict[float, float], accuracy: float) -> float:
@@ -64,5 +70,6 @@ def with_thickness(scene: Scene, state: State, say: Reporter | None = None) -> S
         return state
     if say is not None:
         say.step("which thickness would change it")
-    told = {"accuracy": USUAL_ACCURACY, "enough_from": enough_from(scene, state)}
+    ratio, why = enough_from(scene, state)
+    told = {"accuracy": USUAL_ACCURACY, "enough_from": ratio, **({"enough_from_why": why} if why else {})}
     return replace(state, numbers={**state.numbers, "thickness": told})

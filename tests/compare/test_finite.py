@@ -62,7 +62,7 @@ SCENES = {
 #: Keys of result.json that a scene need not have: null is then no number that is missing.
 ABSENT = {
     "D", "width_to_thickness", "si", "minima", "tolerance_error", "max_abs_eta", "max_abs_eta_prime_w_half", "up",
-    "height", "order", "taut_tension", "taut_sag", "lowest_eigenvalue_limit", "branch", "left_saddle",
+    "height", "order", "taut_tension", "taut_sag", "lowest_eigenvalue_limit", "branch", "left_saddle", "rival",
 }  # fmt: skip
 #: Of lists of states along a way and on other elements: nothing before the first one, nothing judged.
 OF_STEPS = {"distance", "lowest_eigenvalue"}

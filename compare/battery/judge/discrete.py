@@ -188,6 +188,20 @@ class Discrete:
         return found
 
     @cached_property
+    def gauge(self) -> FloatArray:
+        """(k, n): what holds a motion along itself that changes nothing but where segments end on the shape. A
+        weightless Moebius band, flat and free in space, may slide along its seam; the ruling that is straight stays in
+        the middle of its first segment."""
+        closure, p = self.problem.closure, self.problem
+        flat = not np.any(np.abs(np.asarray(p.strip.natural_curvature, dtype=float)) > 0.0)
+        slides = closure is not None and closure.sign < 0 and closure.ruling == "free" and p.start is None
+        if not (slides and flat and not p.walls and p.gravity is None):
+            return np.zeros((0, self.size))
+        row = np.zeros((1, self.size))
+        row[0, len(self.lengths) + 1 : len(self.lengths) + 3] = 1.0
+        return row
+
+    @cached_property
     def linear(self) -> list[Linear]:
         """Straight rulings at clamps and seams, equal ends of a band, rulings that nearly cross."""
         p1, n = len(self.lengths) + 1, self.size

@@ -135,7 +135,7 @@ def lowest(own: Discrete, force: FloatArray) -> tuple[float, float, int]:
     short segments, 1e13 times as stiff as the others, no eigenvalue of its own tells.
     """
     strong = np.abs(force) > 1e-9 * max(1.0, float(np.abs(force).max(initial=0.0)))
-    held = own.jacobian[~own.one_sided | strong]
+    held = np.vstack([own.jacobian[~own.one_sided | strong], own.gauge])
     hessian = own.hessian(force)
     values = _spectrum(hessian, own.metric, held)
     if not values.size:

@@ -49,6 +49,8 @@ PLANAR = "elastica"
 SHELL = "shell"
 #: What the energies without thickness leave out, among `Choice.skipped`.
 THICKNESS = "thickness"
+#: Why a step has no estimate.
+UNKNOWN = "it has no stable state, or what it leaves out is not known"
 #: The strip that tells of the others is solved to this part of the accuracy.
 _FINE = 0.3
 #: Twist l below which a strip stayed in its plane.
@@ -71,7 +73,8 @@ class Step:
         """As in result.json."""
         parts = {"parts": dict(self.parts)} if self.parts else {}
         passed = {"passed_over": self.passed_over} if self.passed_over else {}
-        return {"model": self.model, "estimate": self.estimate, "seconds": self.seconds, **parts, **passed}
+        why = {"estimate_why": UNKNOWN} if self.estimate is None else {}
+        return {"model": self.model, "estimate": self.estimate, **why, "seconds": self.seconds, **parts, **passed}
 
 
 @dataclass(frozen=True)

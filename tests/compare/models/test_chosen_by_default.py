@@ -131,5 +131,17 @@ def test_without_a_thickness_the_answer_says_which_would_do():
 def test_nothing_is_said_of_what_is_no_stable_state():
     scene = strip()
     state = replace(solve(scene), status=StateStatus.NOT_CONVERGED)
-    assert enough_from(scene, state) is None
+    assert enough_from(scene, state) == (None, "it is no stable state")
     assert "thickness" not in with_thickness(scene, state).numbers
+
+
+def test_an_energy_that_is_named_leaves_nothing_to_choose():
+    """`--set model.energy=...` on a scene that says an accuracy, as `ribbonbench new` writes it."""
+    chosen = strip(2e-3).replace({"model.accuracy": 1e-3})
+    assert "model.accuracy" in chosen.own_keys
+    named = chosen.replace({"model.energy": "wunderlich"})
+    assert named.model.accuracy is None
+    assert named.model.energy == "wunderlich"
+    assert chosen.replace({"model.energy": "auto"}).model.accuracy == 1e-3
+    with pytest.raises(BadInput):
+        chosen.replace({"model.energy": "wunderlich", "model.accuracy": 1e-3})

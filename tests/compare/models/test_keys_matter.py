@@ -90,7 +90,7 @@ PAIRS: dict[str, tuple[dict[str, Any], Any, Any]] = {
     "closure.half_turns": ({**BARE, "closure.kind": "moebius"}, None, 3),
     "closure.turns": ({**BARE, "closure.kind": "circle"}, None, 2),
     "model.energy": (OBLIQUE, "wunderlich", "sadowsky"),
-    "model.accuracy": ({**OBLIQUE, "model.energy": "auto"}, None, 0.05),
+    "model.accuracy": ({**OBLIQUE, "model.energy": "auto"}, 0.09, 1e-5),
     "model.stiffness": ({"model.energy": "kirchhoff", "clamp.start.ruling": "free"}, "matched", "plate"),
     "model.in_plane": ({**OBLIQUE, "model.energy": "finite"}, None, True),
     "model.elements": ({}, 6, 9),

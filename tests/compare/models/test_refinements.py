@@ -36,7 +36,7 @@ NATURAL = "[seed]\ncurvature = 2.0\n"  # its natural shape, which is then the on
 
 
 def solved(text: str, **options):
-    scene = loads(text)
+    scene = loads(text).replace({"model.energy": "wunderlich"})
     return scene, RibbonModel().solve(scene, options=Options(**{"error": True, "leave_saddle": False, **options}))
 
 

@@ -114,7 +114,12 @@ BROKEN = {
         lambda state: replace(state, errors={**state.errors, "moments": {}}),
     ],
     "branch": [lambda state: replace(state, branch="another"), lambda state: replace(state, branch="slid")],
-    "model": [lambda state: replace(state, numbers={**state.numbers, "auto": {"enough": False, "accuracy": 0.01}})],
+    "model": [
+        lambda state, estimate=estimate: replace(state, numbers={**state.numbers, "auto": {
+            "enough": False, "sure": False, "accuracy": 0.01, "chosen": "finite", "skipped": {}, "steps": [{"model": "finite", "estimate": estimate}],
+        }})
+        for estimate in (0.05, None)
+    ],
 }  # fmt: skip
 
 

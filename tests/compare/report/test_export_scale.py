@@ -28,6 +28,7 @@ normal = [0.0, 0.0, 1.0]
 [gravity]
 up = [0.0, 0.0, 1.0]
 [model]
+energy = "wunderlich"
 elements = 8
 """
 

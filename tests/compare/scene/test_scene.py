@@ -126,7 +126,8 @@ def test_a_scene_is_frozen():
     scene = loads(text())
     with pytest.raises(dataclasses.FrozenInstanceError):
         scene.title = "other"
-    scene.frame[0, 0] = 5.0
+    with pytest.raises(ValueError, match="read-only"):
+        scene.frame[0, 0] = 5.0
     assert scene.frame[0, 0] != 5.0
 
 
