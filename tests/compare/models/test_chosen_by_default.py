@@ -143,5 +143,6 @@ def test_an_energy_that_is_named_leaves_nothing_to_choose():
     assert named.model.accuracy is None
     assert named.model.energy == "wunderlich"
     assert chosen.replace({"model.energy": "auto"}).model.accuracy == 1e-3
+    both = chosen.replace({"model.energy": "wunderlich", "model.accuracy": 1e-3})
     with pytest.raises(BadInput):
-        chosen.replace({"model.energy": "wunderlich", "model.accuracy": 1e-3})
+        solve(both)

@@ -116,7 +116,8 @@ BROKEN = {
     "branch": [lambda state: replace(state, branch="another"), lambda state: replace(state, branch="slid")],
     "model": [
         lambda state, estimate=estimate: replace(state, numbers={**state.numbers, "auto": {
-            "enough": False, "sure": False, "accuracy": 0.01, "chosen": "finite", "skipped": {}, "steps": [{"model": "finite", "estimate": estimate}],
+            "enough": False, "sure": False, "accuracy": 0.01, "chosen": "finite", "skipped": {},
+            "steps": [{"model": "finite", "estimate": estimate}],
         }})
         for estimate in (0.05, None)
     ],
