@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from compare.measure.nearness import nearest
 from compare.models.base import natural_constant
 from compare.models.capabilities import NotDifferentiable, Priced
-from compare.models.ribbon.neglected import FOLD, corner_turn, crowded, crowding, held_ends
+from compare.models.ribbon.neglected import FOLD, beside, corner_turn, crowded, crowding, held_ends
 from compare.models.ribbon.state import motions_of
 from compare.scene.inputs.law import values
 from ribbon import errors, law
@@ -327,7 +327,9 @@ def _clamps(scene: Scene, e: Equilibrium, thickness: float | None) -> list[Price
     if scene.shell.clamp == "corners":
         turn = corner_turn(scene, e, ends)
         return [*found, Priced("corners held alone", False, turn, why="fitted to shells; a shell has it")]
-    given = SimpleNamespace(problem=e.problem, parameters=_as_twisted_of(e))
+    told = e if on else beside(scene, e)  # rulings of a strip without thickness crowd more than a shell's
+    bent = e if told is None or not told.ok else told
+    given = SimpleNamespace(problem=bent.problem, parameters=_as_twisted_of(bent))
     fold = FOLD * scene.width * crowding(crowded(given, dropped, ends))  # type: ignore[arg-type]
     return [
         *found,

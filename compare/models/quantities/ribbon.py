@@ -93,6 +93,8 @@ QUANTITIES: tuple[Quantity[Answered], ...] = (
     Quantity("model.constraints", kind=DATA, of=lambda a: int(a.state.native.problem.row_count)),
     Quantity("provenance", kind=DATA, of=_made),
     Quantity("auto", kind=DATA, of=lambda a: a.state.numbers.get("auto", ABSENT)),
+    Quantity("chosen", kind="word", note="the energy that `model.accuracy` chose",
+             of=lambda a: (a.state.numbers.get("auto") or {}).get("chosen", ABSENT)),
     Quantity("thickness", kind=DATA, of=lambda a: a.state.numbers.get("thickness", ABSENT)),
     Quantity("penetration", unit="l", kind=DATA,
              of=lambda a: ABSENT if a.state.native.penetration is None else a.state.native.penetration),
