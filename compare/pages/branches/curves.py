@@ -118,7 +118,7 @@ def answer(found: Curves) -> Verdict:
     for model in dict.fromkeys(curve.model for curve in found.curves):
         own = [curve for curve in found.curves if curve.model == model]
         longest = max(own, key=lambda curve: len(curve.marks))
-        more = f" ({len(own) - 1} more curves)" if len(own) > 1 else ""
+        more = f" (of {len(own)} curves)" if len(own) > 1 else ""
         said.append(f"{model}: {_told(longest, found)}{more}")
     for met in found.meetings:
         place = f"at {met.at:.5g}, " if met.at is not None else ""
@@ -126,13 +126,15 @@ def answer(found: Curves) -> Verdict:
             f"two folds of {met.model} meet {place}between {found.over} = {met.between[0]:.5g} and {met.between[1]:.5g}"
         )
     text = "; ".join(said) or f"no fold and no branch point over {found.along.key}, for any {found.over}"
-    return Verdict.of("branches", text, _checks(found)).doubted("settled")
+    loose = sum(m.settles is False for m in found.marks)
+    first = f"Not settled: {loose} of {len(found.marks)} places are these elements' own. " if loose else ""
+    return Verdict.of("branches", first + text, _checks(found)).doubted("settled")
 
 
 def sentences(found: Curves) -> list[str]:
     """What else to know."""
     said = [f"{found.over} = {cut.other:.6g}: {cut.why}" for cut in found.cuts if cut.why]
-    met = {interval for meeting in found.meetings for interval in (meeting.between,)}
+    met = {meeting.between for meeting in found.meetings}
     for k, curve in enumerate(found.curves):
         for word, interval in (("begins", curve.begins), ("ends", curve.ends)):
             if interval is not None and interval not in met:

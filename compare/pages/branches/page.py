@@ -115,8 +115,9 @@ def point_table(diagram: Diagram) -> Table:
 def _checks(diagram: Diagram) -> list[Check]:
     worst = max(p.residual for b in diagram.branches for p in b.points)
     short = [b for b in diagram.branches if b.ended not in ("range", "closed")]
-    asked = [p for _, p in diagram.special if p.kind in ("fold", "branch_point")]
-    unknown = sum(p.settles is None for b, p in diagram.special if p in asked and b.image_of is None)
+    own = [(b, p) for b, p in diagram.special if p.kind in ("fold", "branch_point")]
+    asked = [p for _, p in own]
+    unknown = sum(p.settles is None for b, p in own if b.image_of is None)
     bounds = sum(p.kind == "ruling" for _, p in diagram.special)
     open_ones = diagram.unsettled
     ends = f"{len(short)} of {len(diagram.branches)} branches end early" if short else "every branch goes to an end"

@@ -26,7 +26,7 @@ from compare.store.provenance import software
 from compare.store.store import atomic_write_json, case_key, jsonable, read_json
 from compare.studies.axes import parse_axis
 from compare.studies.branches.along import Along, placed, taken_apart
-from compare.studies.branches.run import Asked, diagram, scene_for
+from compare.studies.branches.run import Asked, diagram, energy_of, scene_for
 from ribbonbench.errors import BadInput
 
 #: Times that an interval in which a curve begins or ends is halved.
@@ -180,7 +180,8 @@ def curves(
     asked = asked or Asked()
     if over == key:
         raise BadInput("--over", over, "is the number of --along too", "choose another key")
-    study = _Study(scene, key, first, last, over, tuple(models) or (scene.model.energy,), asked, say, keep)
+    words = tuple(models) or (energy_of(placed(scene, "--over", over, min(values)), key, first, last),)
+    study = _Study(scene, key, first, last, over, words, asked, say, keep)
     for value in values:
         study.checked(value)
     cuts = {value: study.cut(value) for value in values}

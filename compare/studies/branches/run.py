@@ -21,6 +21,7 @@ from compare.continuation.point import Kind, Options, Point, Run, Special
 from compare.measure.mesh_limit import Settled, settled
 from compare.models.base import State, check_keys
 from compare.models.capabilities import Branches, BranchStart
+from compare.models.choice import settled as settled_energy
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.studies.branches import freed
@@ -78,6 +79,13 @@ def scene_for(scene: Scene, model: str) -> tuple[Scene, str]:
     return scene, name
 
 
+def energy_of(scene: Scene, key: str, first: float | None, last: float | None) -> str:
+    """The scene's own energy; where it leaves that open the one that is chosen where the branch begins."""
+    if scene.model.accuracy is None:
+        return scene.model.energy
+    return settled_energy(Along.of(scene, key, first, last).scene_at(0.0)).model.energy
+
+
 @alone
 def diagram(
     scene: Scene,
@@ -91,7 +99,7 @@ def diagram(
     """The branches of every model, `models` being energies or names (none: the scene's own), over `key` from `first` to
     `last` (`Along.of`). Raises `BadInput` before anything is computed, and for a key that moves no equilibrium."""
     asked = asked or Asked()
-    words = tuple(models) or (scene.model.energy,)
+    words = tuple(models) or (energy_of(scene, key, first, last),)
     if len(set(words)) < len(words):
         raise BadInput("--model", ",".join(words), "names a model twice", "name each once")
     chosen = []

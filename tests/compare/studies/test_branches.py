@@ -339,3 +339,17 @@ def test_where_the_twist_is_free_it_is_an_ordinary_branch_point():
     assert point.kind == "branch_point"
     assert point.settles
     assert point.settled.value == pytest.approx(14.188, abs=0.005)  # on 80 elements; results/on_edge: 14.188
+
+
+def test_a_branch_has_one_energy_where_the_scene_leaves_it_open():
+    from compare.models.choice import settled
+
+    scene = loads(EDGE.replace('energy = "wunderlich"\n', "")).replace(
+        {"strip.thickness": 2e-3, "strip.natural_curvature": 3.0, "gravity.up": [1.0, 0.0, 0.0], "strip.poisson": 0.4}
+    )  # fmt: skip
+    assert scene.model.accuracy is not None
+    found = diagram(scene, "strip.gamma", 5.0, 15.0, asked=Asked(branches=1, errors=False))
+    energy = settled(scene).model.energy
+    assert {b.model for b in found.branches} == {energy} == set(found.starts)
+    named = diagram(scene, "strip.gamma", 5.0, 15.0, (energy,), Asked(branches=1, errors=False))
+    assert named.branches[0].points[-1].energy == pytest.approx(found.branches[0].points[-1].energy, rel=1e-9)

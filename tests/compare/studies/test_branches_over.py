@@ -167,3 +167,21 @@ def test_the_command_writes_curves_and_a_picture(tmp_path, capsys):
     assert (out / "curves.png").stat().st_size > 1e4
     assert json.loads((out / "result.json").read_text())["branches"]["over"] == "strip.gamma"
     assert ": fair" in capsys.readouterr().out.replace("\n", " ")  # errors were not asked for
+
+
+def test_all_values_have_one_energy(monkeypatch):
+    """A choice for each value would join curves of two energies."""
+    asked = []
+
+    def followed(self, value):
+        asked.append(self.words)
+        return Cut(value, ())
+
+    monkeypatch.setattr(study._Study, "_followed", followed)
+    scene = loads(EDGE.replace('energy = "wunderlich"\n', "")).replace(
+        {"strip.thickness": 1e-3, "strip.natural_curvature": 5.0, "gravity.up": [1.0, 0.0, 0.0]}
+    )
+    curves(scene, "strip.gamma", 5.0, 15.0, "strip.width", (0.02, 0.2))
+    assert len(asked) == 2
+    assert asked[0] == asked[1]
+    assert asked[0][0] in ("sadowsky", "wunderlich", "finite")
