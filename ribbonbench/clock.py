@@ -19,7 +19,7 @@ SPENT = "the budget of time is spent"
 UNCOUNTED: list[Callable[[], float]] = []
 _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)
 #: Time (s) on the clock of the wall for which a look at the thread's is not repeated: that one asks the system, which
-#: takes as long as a small strip's solve on some machines.
+#: took a tenth of a sweep's case where it was profiled.
 _COARSE = 0.01
 
 

@@ -17,8 +17,8 @@ UNSUPPORTED = 1e-8
 
 
 def cross(one: ArrayLike, other: ArrayLike) -> NDArray[np.float64]:
-    """The product a x b (3,) of two vectors (3,): the moment of a force, the third axis of a frame. For one pair
-    `numpy.cross` takes twenty times as long."""
+    """The product a x b (3,) of two vectors (3,): the moment of a force, the third axis of a frame. `numpy.cross`
+    is made for many pairs, and slow for one."""
     a, b, c = np.asarray(one, dtype=float).tolist()
     x, y, z = np.asarray(other, dtype=float).tolist()
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])

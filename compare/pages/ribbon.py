@@ -173,7 +173,8 @@ def thickness_text(told: Mapping[str, Any]) -> str:
     """From which w/h on the energy of a scene without a thickness is near enough to a shell."""
     within, ratio = wording.percent(told["accuracy"]), told["enough_from"]
     if ratio is None:
-        return "Without strip.thickness no energy is chosen, and how far a shell is from this one is not known."
+        why = told["enough_from_why"]
+        return f"Without strip.thickness no energy is chosen; from which w/h on this one would do: {why}."
     where = (
         f"from about w/h = {float(f'{ratio:.2g}'):g} on, and a thicker strip is not"
         if ratio > THICKEST

@@ -132,11 +132,14 @@ def _checks(diagram: Diagram) -> list[Check]:
     if bounds and settled.grade == GOOD:
         settled = Check("settled", FAIR, "where it falls by rulings is an upper bound: the worst ones are searched for")
     left = f"{diagram.left} more branches were met and not followed" if diagram.left else "all that were met"
+    unasked = sum(b.unasked for b in diagram.branches)
+    if unasked:
+        left += f"; at {unasked} points it is not known whether other rulings make it fall"
     return [
         Check("residual", GOOD, f"residuals up to {worst:.1e}", worst),
         Check("ends", FAIR if short else GOOD, ends),
         settled,
-        Check("complete", FAIR if diagram.left else GOOD, left),
+        Check("complete", FAIR if diagram.left or unasked else GOOD, left),
     ]
 
 
@@ -166,6 +169,8 @@ def _told(branch: Branch, key: str) -> str:
     special = [p for p in branch.special if p.kind != "event"]
     span = f"{key} = {branch.points[0].parameter:.6g} to {branch.points[-1].parameter:.6g}"
     start = branch.points[0].unstable
+    if not special and any(bool(p.unstable) != bool(start) for p in branch.points):
+        return f"changes its stability somewhere along {span}: the place was not found"
     if not special:
         return f"{'stable' if not start else f'unstable ({start} modes)'} all along {span}"
     first = special[0]

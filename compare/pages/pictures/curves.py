@@ -21,7 +21,8 @@ def curves_picture(path: Path, found: Curves) -> Path:
     colours: dict[str, str] = {}
     labels: set[str] = set()
     for curve in found.curves:
-        colour = colours.setdefault(curve.model, (RIBBON_COLOUR, *SHELL_COLOURS)[len(colours) % 8])
+        palette = (RIBBON_COLOUR, *SHELL_COLOURS)
+        colour = colours.setdefault(curve.model, palette[len(colours) % len(palette)])
         label = f"{curve.model}, {_WORDS[curve.kind]}"
         axes.errorbar(
             [m.other for m in curve.marks], [m.value for m in curve.marks], yerr=[m.error or 0.0 for m in curve.marks],

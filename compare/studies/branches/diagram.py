@@ -68,7 +68,8 @@ class BranchPoint:
 class Branch:
     """A branch of one model: its number, points in order, how it ended ("range", "closed", "steps", "stuck",
     "stopped"), which branch point it leaves (branch, parameter; None: the one that the scene's own state lies on), and
-    of which branch it is the mirror image, as far as energies tell."""
+    of which branch it is the mirror image, as far as energies tell. unasked: points without an unstable mode of their
+    own of which it is not known whether what is free on them (rulings of a straight part) makes them unstable."""
 
     model: str
     number: int
@@ -76,6 +77,7 @@ class Branch:
     ended: str
     leaves: tuple[int, float] | None = None
     image_of: int | None = None
+    unasked: int = 0
 
     @property
     def special(self) -> tuple[BranchPoint, ...]:

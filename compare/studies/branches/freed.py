@@ -33,12 +33,18 @@ class Lost:
     t: float
 
 
-def unstable(points: Sequence[Point], asks: Asks, spent: Callable[[], bool]) -> list[bool]:
-    """Which of the points are unstable though none of their own modes is."""
-    found = []
+def unstable(points: Sequence[Point], asks: Asks, spent: Callable[[], bool]) -> list[bool | None]:
+    """Which of the points are unstable though none of their own modes is; None: not known, or there was no time left to
+    ask."""
+    found: list[bool | None] = []
     for point in points:
-        told = None if point.unstable or spent() else asks(point)
-        found.append(told is not None and told.stable is False)
+        if point.unstable:
+            found.append(False)
+        elif spent():
+            found.append(None)
+        else:
+            told = asks(point)
+            found.append(False if told is None else None if told.stable is None else not told.stable)
     return found
 
 

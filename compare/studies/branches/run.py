@@ -191,6 +191,7 @@ class _Models:
                         place = number, self.along.value(special.point.t)
                         waiting += [(point, place) for point in switched(special, self.options)]
                 if fallen is not None:
+                    self.left += not fallen.states  # what it falls to was not found
                     place = number, self.along.value(fallen.point.t)
                     waiting += [(point, place) for point in self._beside(fallen)]
             number += 1
@@ -235,11 +236,12 @@ class _Models:
             before, count = count, point.unstable if regular else max(count + change, 0)
             both = count if regular or point.kind == "event" else min(before, count)
             points.append(point if regular else replace(point, unstable=both))
-        return Branch(self.word, number, tuple(points), run.ended, leaves, image), run, fallen
+        return Branch(self.word, number, tuple(points), run.ended, leaves, image, free.count(None)), run, fallen
 
-    def _fallen(self, points: Sequence[Point], free: Sequence[bool]) -> freed.Lost | None:
+    def _fallen(self, points: Sequence[Point], free: Sequence[bool | None]) -> freed.Lost | None:
         """Where the branch first loses its stability to what is free on it."""
-        k = next((k for k in range(1, len(free)) if free[k] and not free[k - 1] and not points[k - 1].unstable), None)
+        pairs = range(1, len(free))
+        k = next((k for k in pairs if free[k] and free[k - 1] is False and not points[k - 1].unstable), None)
         if k is None:
             return None
         self._told(f"{self.word}: where it falls by rulings that are free")

@@ -353,3 +353,32 @@ def test_a_branch_has_one_energy_where_the_scene_leaves_it_open():
     assert {b.model for b in found.branches} == {energy} == set(found.starts)
     named = diagram(scene, "strip.gamma", 5.0, 15.0, (energy,), Asked(branches=1, errors=False))
     assert named.branches[0].points[-1].energy == pytest.approx(found.branches[0].points[-1].energy, rel=1e-9)
+
+
+def test_what_was_not_asked_is_not_called_stable(monkeypatch):
+    """No time for the rulings, or no answer: then the branch is not good; a place that is not found is said."""
+    from compare.pages.branches.page import answer
+    from compare.studies.branches import freed
+
+    monkeypatch.setattr(freed, "unstable", lambda points, asks, spent: [None] * len(points))
+    found = diagram(loads(EDGE), "strip.gamma", 5.0, 15.0, asked=Asked(branches=1))
+    assert found.branches[0].unasked == len(found.branches[0].points)
+    assert answer(found).grade == "fair"
+    monkeypatch.setattr(freed, "unstable", lambda points, asks, spent: [k > 0 for k in range(len(points))])
+    monkeypatch.setattr(freed, "lost", lambda *told: None)
+    found = diagram(loads(EDGE), "strip.gamma", 5.0, 15.0, asked=Asked(branches=1))
+    assert "place was not found" in answer(found).line
+    assert "stable all along" not in answer(found).line
+
+
+def test_points_without_time_are_unknown():
+    from types import SimpleNamespace
+
+    from compare.models.capabilities import Freed
+    from compare.studies.branches import freed
+
+    points = [SimpleNamespace(unstable=count) for count in (0, 1, 0)]
+    told = iter([Freed(False, lambda: iter(())), None])
+    assert freed.unstable(points, lambda point: next(told), lambda: False) == [True, False, False]
+    assert freed.unstable(points, lambda point: Freed(None, lambda: iter(())), lambda: False) == [None, False, None]
+    assert freed.unstable(points, lambda point: None, lambda: True) == [None, False, None]
