@@ -187,7 +187,7 @@ def beside(scene: Scene, equilibrium: Equilibrium, ratio: float | None = None) -
 
     own = thin(scene, ratio)
     try:
-        problem: Any = ribbon_problem(own, "mixed").with_changes(lengths=equilibrium.problem.lengths)
+        problem: Any = ribbon_problem(own, _form(own)).with_changes(lengths=equilibrium.problem.lengths)
     except (BadInput, RibbonInputError):
         return None
     omega, eta = equilibrium.problem.joint_values(equilibrium.x)
@@ -195,10 +195,18 @@ def beside(scene: Scene, equilibrium: Equilibrium, ratio: float | None = None) -
     there = solve_from(problem, problem.state(omega, twist), leave_saddle=True)
     if there.ok and inflections(there) <= inflections(equilibrium):
         return there
-    keys = {"segments": equilibrium.problem.lengths, "formulation": "mixed", "leave_saddle": True}
+    keys = {"segments": equilibrium.problem.lengths, "formulation": _form(own), "leave_saddle": True}
     again = solve(**{**ribbon_arguments(own), **keys})
     better = again.ok and not (there.ok and there.energy.total <= again.energy.total)
     return again if better else there
+
+
+def _form(scene: Scene) -> str:
+    """The formulation of a strip that is begun at another one's shape: chained where that serves (it costs a fourth),
+    but not along a path, nor under a weight that rounds its forces."""
+    from ribbon.find.adaptive import HEAVY
+
+    return "mixed" if scene.path or scene.gamma > HEAVY else "auto"
 
 
 def inflections(equilibrium: Equilibrium) -> int:
