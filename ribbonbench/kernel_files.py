@@ -9,7 +9,8 @@ numba makes ready for compiling before it loads a kernel: every registry of what
 all kernels of a solve together. `QuickCache` leaves that until something is compiled. A kept kernel also names the
 module of every function that was compiled into it, numba's own among them, for the globals that Python objects would
 be looked up in; in kernels without Python objects nothing is looked up, and these modules (SciPy's linear algebra among
-what they import) are not imported for it.
+what they import) are not imported for it. And it holds the kernel twice, as machine code and as LLVM's code, from which
+other kernels would be compiled: the second is read when something is compiled, not before (`kernel_late`).
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from llvmlite import binding
 from numba.core import caching, environment
 from numba.core import config as _config
 
+from ribbonbench import kernel_late
 from ribbonbench.replacing import replacing
 from ribbonbench.trusted import made
 
@@ -121,12 +123,21 @@ class _Place:
         """Nothing: `_File` makes it."""
 
 
+class _Impl(_ORDINARY._impl_class):  # type: ignore[misc]
+    """What numba's cache knows of compiled functions, loaded with LLVM's code left unread."""
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        """The compiled function of a file."""
+        made_there = super().rebuild(kernel_late.Context(target_context), payload)
+        return made_there._replace(target_context=target_context)
+
+
 class QuickCache(_ORDINARY):  # type: ignore[misc]
     """numba's cache of a kernel, loaded without what only a compilation needs."""
 
     def __init__(self, py_func: Any) -> None:
         place = Path(inspect.getfile(py_func))
-        impl = _ORDINARY._impl_class.__new__(_ORDINARY._impl_class)
+        impl = _Impl.__new__(_Impl)
         impl._lineno = py_func.__code__.co_firstlineno
         impl._locator = _Place(str(place))
         impl._filename_base = impl.get_filename_base(f"{place.stem}.{py_func.__qualname__}", "")
@@ -141,6 +152,7 @@ class QuickCache(_ORDINARY):  # type: ignore[misc]
         _helpers()
         found = self._load_overload(sig, target_context)
         if found is None:
+            kernel_late.read_all()
             target_context.refresh()
         return found
 

@@ -151,6 +151,29 @@ def test_a_solve_with_kept_kernels_imports_no_linear_algebra_and_nothing_that_co
     assert found.strip() == "True True []"
 
 
+def test_llvm_code_of_kept_kernels_waits_for_a_compilation():
+    """A solve reads none; a function of the user's own that calls a kept kernel is compiled with it, and is right; and
+    then numba knows of all that was loaded."""
+    code = (
+        "import numba, numpy as np\n"
+        "from ribbon import Clamp, Gravity, Strip, solve\n"
+        "from ribbon.element.element import bending_value\n"
+        "from ribbonbench import kernel_late\n"
+        "found = solve(Strip(1.0, 0.03, 0.4, 10.0, 100.0), Clamp(), Gravity((1, 0, 0)), segments=20)\n"
+        "args = 1, 0.0, 2.0, 0.5, 0.1, 1.0, (0.2, 1e-3, 0.3)\n"
+        "plain = bending_value(*args)\n"
+        "waiting = kernel_late.waiting()\n"
+        "twice = numba.njit(lambda x: 2.0 * bending_value(1, x, 2.0, 0.5, 0.1, 1.0, (0.2, 1e-3, 0.3)))\n"
+        "print(found.ok, waiting > 5, twice(0.0) == 2.0 * plain)\n"
+        "kernel_late.read_all()\n"
+        "print(kernel_late.waiting(), solve(Strip(1.0, 0.03), Clamp(), segments=8).ok)\n"
+    )
+    words = [sys.executable, "-c", code]
+    for _ in range(2):  # the first compiles what is not kept yet
+        found = subprocess.run(words, capture_output=True, text=True, check=True, cwd=ROOT).stdout
+    assert found.split() == ["True", "True", "True", "0", "True"]
+
+
 @pytest.mark.parametrize("more", ["", ", end=Clamp((0, 0, 0.9)), seed_ruling=0.01"])
 @pytest.mark.parametrize("energy", ["sadowsky", "wunderlich", "finite"])
 def test_with_kept_kernels_nothing_is_compiled(energy, more):
