@@ -34,8 +34,9 @@ def shell_colour(index: int) -> str:
     return SHELL_COLOURS[index % len(SHELL_COLOURS)]
 
 
-def save(figure: Figure, path: Path, dpi: int = 200) -> Path:
-    """Writes the picture, atomically."""
+def save(figure: Figure, path: Path, dpi: int = 200, *, placed: bool = False) -> Path:
+    """Writes the picture, atomically. placed: all of it lies within the figure as it stands; otherwise it is drawn twice,
+    once to see how much room it takes."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.text import Text
 
@@ -45,7 +46,7 @@ def save(figure: Figure, path: Path, dpi: int = 200) -> Path:
         if "$" in text.get_text() and "\\mathdefault" not in text.get_text():  # a title's; of ticks it is a formula
             text.set_parse_math(False)
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=dpi, bbox_inches="tight")
+    figure.savefig(buffer, format="png", dpi=dpi, bbox_inches=None if placed else "tight")
     return atomic_write_bytes(path, buffer.getvalue())
 
 

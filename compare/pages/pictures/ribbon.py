@@ -37,6 +37,11 @@ _SHOWN = 1.0
 #: Sine of the angle below which a wall is seen from its edge.
 _EDGE_ON = 1e-6
 
+#: Where the views stand in the figure, and its dots an inch: with room for what is written at their axes, so that it
+#: need not be measured first (which takes as long as drawing it).
+_ROOM = {"left": 0.05, "right": 0.995, "bottom": 0.115, "top": 0.865, "wspace": 0.2, "hspace": 0.42}
+_DOTS = 150
+
 
 def held(equilibrium: Equilibrium) -> list[tuple[FloatArray, FloatArray, Clamp]]:
     """Position (3,), frame (3, 3) and clamp of the ends that a clamp holds (wholly or in part), as they stand."""
@@ -138,7 +143,7 @@ def _space(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray
     middle = 0.5 * (low + high)
     for setter, a in ((axes.set_xlim, 0), (axes.set_ylim, 1), (axes.set_zlim, 2)):
         setter(middle[a] - 0.5 * size[a], middle[a] + 0.5 * size[a])
-    axes.set_box_aspect(size, zoom=1.12)
+    axes.set_box_aspect(size, zoom=1.04)
     axes.view_init(elev=float(np.degrees(height)), azim=_TURN)
     axes.set_axis_off()
 
@@ -156,11 +161,11 @@ def ribbon_profile(path: Path, equilibrium: Equilibrium, title: str, units: Unit
     position alone. A wall is a line in the side view where it is seen from its edge, a cylinder along its axis a
     circle.
     """
-    figure = Figure(figsize=(11.5, 4.4), layout="constrained")
+    figure = Figure(figsize=(11.5, 4.4))
     size, unit = length_axis(units)
     metre = 1.0 if units is None or units.length is None else units.length
     per = "1/l" if unit == "l" else "1/m"
-    places = figure.add_gridspec(2, 3, width_ratios=(1.0, 1.0, 1.3))
+    places = figure.add_gridspec(2, 3, width_ratios=(1.0, 1.0, 1.3), **_ROOM)
     s = np.linspace(0.0, 1.0, 2001)
     joints = np.minimum(np.concatenate([[0.0], np.cumsum(equilibrium.problem.lengths)]), 1.0)
     for row, (values, at_joints, name) in enumerate(
@@ -194,5 +199,5 @@ def ribbon_profile(path: Path, equilibrium: Equilibrium, title: str, units: Unit
     for axis in (side.xaxis, side.yaxis):
         axis.set_major_formatter(lambda value, _: f"{size * value:.4g}")
     _space(figure.add_subplot(places[:, 2], projection="3d"), equilibrium, grid[:: max(1, along // 400)], up)
-    figure.suptitle(title)
-    return save(figure, path)
+    figure.suptitle(title, wrap=True)
+    return save(figure, path, _DOTS, placed=True)
