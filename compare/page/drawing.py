@@ -35,8 +35,8 @@ def shell_colour(index: int) -> str:
 
 
 def save(figure: Figure, path: Path, dpi: int = 200, *, placed: bool = False) -> Path:
-    """Writes the picture, atomically. placed: all of it lies within the figure as it stands; otherwise it is drawn twice,
-    once to see how much room it takes."""
+    """Writes the picture, atomically. placed: all of it lies within the figure as it stands; otherwise it is drawn
+    twice, once to see how much room it takes."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.text import Text
 
