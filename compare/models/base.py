@@ -283,7 +283,8 @@ class State(Shown):
     there, None: it always is; left_saddle:
     the saddle that was left for it, `above` (its energy over the state's, D w / l) and `mirrored` (whether the other
     way leads to a state of the same energy; None: to none); None: none was; scene: what it answers, where its model
-    goes on from there alone (`compare.models.line`).
+    goes on from there alone (`compare.models.line`); remedy: what is said behind its message, None: what its model says
+    of its word (`compare.page.remedies`).
     """
 
     model: str
@@ -320,6 +321,7 @@ class State(Shown):
     nonconvex: float | None = None
     left_saddle: Mapping[str, Any] | None = None
     scene: Scene | None = field(default=None, repr=False)
+    remedy: str | None = None
 
     @property
     def ok(self) -> bool:

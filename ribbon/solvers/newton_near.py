@@ -110,6 +110,24 @@ def minimum_near(problem: MixedProblem, x: FloatArray, rows: FloatArray, toleran
     infinite on them, or there is none. Where multipliers are large so is their rounding: the residual is then measured
     as Ipopt does, over their mean.
     """
+    return _near(problem, x, rows, tolerance, True)
+
+
+def stationary_near(problem: MixedProblem, x: FloatArray, tolerance: float) -> Minimum | None:
+    """The stationary point beside the shape x (n,), a minimum or not; else as `minimum_near`.
+
+    Its first multipliers are those that leave the least of the gradient: of ``[1, A^T; A, 0] [d; y] = [-g; 0]``.
+    """
+    lower, upper = problem.bounds()
+    free, rows = lower < upper, np.ones(problem.row_count, dtype=bool)
+    saddle = Saddle(problem, free, rows)
+    factor = saddle.factor(np.zeros_like(problem.hessian_structure()[0], dtype=float), problem.jacobian(x), 1.0)
+    found = factor.solve(np.concatenate([-problem.gradient(x)[free], np.zeros(saddle.count)]), 1, _SOLVED)
+    return _near(problem, x, found[saddle.unknowns :], tolerance, False)
+
+
+def _near(problem: MixedProblem, x: FloatArray, rows: FloatArray, tolerance: float, least: bool) -> Minimum | None:
+    """The stationary point beside x (n,), a minimum where it has to be the `least`."""
     clock = time.perf_counter()
     lower, upper = problem.bounds()
     at = Iterate(problem, lower < upper, np.ones(problem.row_count, dtype=bool))
@@ -132,12 +150,12 @@ def minimum_near(problem: MixedProblem, x: FloatArray, rows: FloatArray, toleran
             if changed is not None:
                 x, y = changed
                 worst = at.at(x, y)
-    if at.negative != 0 or count == 0:
+    if least and (at.negative != 0 or count == 0):
         return None
     none = np.zeros(problem.size)
     return Minimum(
         x=x, multipliers=none, rows=y, residual=worst, iterations=count, code=0,
-        message="Newton's iteration converged from fewer segments.", finished=True,
+        message="Newton's iteration converged from a shape beside.", finished=True,
         seconds=time.perf_counter() - clock, solver=NEWTON,
     )  # fmt: skip
 
