@@ -35,6 +35,8 @@ _BENT, _TILTED, _STEEP = (1.5, 2.5, 3.5), (0.3, 0.7, 1.2), 0.8
 _HOW = {"mu_init": 1e-3, "max_iter": 250}
 #: Least segments of a fold's half period; energies (relative) that are the same; residual of the whole band.
 _LEAST, _SAME, _EXACT = 4, 1e-6, 1e-10
+#: Difference of segments (relative) up to which they are equal.
+_EQUAL = 1e-9
 #: Part of the largest omega by which images of places may differ.
 _ALIKE = 0.05
 #: Part of the width at which the line beside the middle runs that is linked with it.
@@ -52,6 +54,14 @@ def is_alike(problem: Problem) -> bool:
     start = problem.start
     pinned = start is not None and not problem.fields.free and start.ruling != "straight"
     return not (problem.has_gravity or problem.has_natural_curvature or problem.walls or pinned)
+
+
+def fitting(problem: MixedProblem) -> MixedProblem:
+    """The band on as many equal segments, or a few more, of which a period has a whole number; one whose segments are
+    not equal as it is."""
+    if np.ptp(problem.lengths) > _EQUAL * problem.lengths[0]:
+        return problem
+    return _on_equal_segments(problem)[0]
 
 
 def states(problem: MixedProblem) -> Iterator[Minimum]:
@@ -158,7 +168,7 @@ def _on_equal_segments(problem: MixedProblem) -> tuple[MixedProblem, _fold.Fold 
     n = _folds(problem)
     count = max(_LEAST, math.ceil(problem.lengths.size / n)) * n
     band = problem
-    if count != problem.lengths.size or np.ptp(problem.lengths) > 1e-9 / count:
+    if count != problem.lengths.size or np.ptp(problem.lengths) > _EQUAL / count:
         band = problem.with_changes(lengths=np.full(count, 1.0 / count))
     return band, None if 4.0 * n * problem.half_width >= 1.0 else _fold.fold_of(band, n)
 

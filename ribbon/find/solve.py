@@ -152,6 +152,7 @@ def _searched(problem: Problem, seed: Seed, how: How) -> Equilibrium:
 def _folded(problem: MixedProblem, how: How) -> Equilibrium:
     """The band of as many folds as half turns were asked for, a minimum or not: what it is left for has fewer. Where
     weight, walls or what it rests in make its places differ the search begins there."""
+    problem = folds.fitting(problem)
     if folds.is_alike(problem):
         return judged(problem, next(folds.states(problem), None) or folds.nothing(problem), how)
     shape = folds.shape(problem)

@@ -93,11 +93,14 @@ def test_ways_down_are_counted(n):
 
 
 def test_finer_segments_are_of_the_same_band():
-    """On segments cut in two it is the same saddle; segments of which no period has a whole number lead to it too."""
+    """On segments cut in two it is the same saddle; of segments of which a period has no whole number some more are
+    taken, unequal ones lead to it too."""
     few = solve(STRIP, closure=closure(5), segments=60)
-    many, odd = refine(few), solve(STRIP, closure=closure(5), segments=123)
-    assert [one.status for one in (few, many, odd)] == [Status.SADDLE] * 3
-    assert many.problem.lengths.size == 120
+    lengths = 1.0 + 0.05 * np.sin(np.arange(120))
+    many, more = refine(few), solve(STRIP, closure=closure(5), segments=123)
+    odd = solve(STRIP, closure=closure(5), segments=lengths / lengths.sum())
+    assert [one.status for one in (few, many, more, odd)] == [Status.SADDLE] * 4
+    assert (many.problem.lengths.size, more.problem.lengths.size, odd.problem.lengths.size) == (120, 125, 120)
     assert 0.0 < few.energy.total - many.energy.total < 3.0
     assert odd.energy.total == pytest.approx(many.energy.total, rel=2e-3)
     assert folds.turns(odd.problem, odd.x) == 5
