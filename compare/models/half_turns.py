@@ -50,8 +50,8 @@ def counted(scene: Scene, state: State) -> State:
     near = nearest(lines[:, 1])
     found = abs(half_turns(lines, closure.turned % 2 == 1))
     if near > CROSSING and abs(found - closure.turned) < 0.5:
-        unstable = are_several(scene) and state.status is Status.UNSTABLE and state.model == "ribbon"
-        return replace(state, remedy=LEFT) if unstable else state
+        unstable = are_several(scene) and state.status is Status.UNSTABLE
+        return replace(state, kept=True, remedy=LEFT) if unstable else state
     asked = f"closure.half_turns = {closure.turned}"
     why = f"the band has {found:.0f} half turns, by its linking number, and {asked}"
     if near <= CROSSING:

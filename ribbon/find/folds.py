@@ -1,7 +1,7 @@
 """Bands of two or more half turns: found as bands of as many folds, which are alike about as many axes.
 
 A strip passes through itself, and loses half turns in pairs: what goes down from a twisted band ends in a circle or a
-Moebius band. Among bands of n folds of one hand (`ribbon.problems.fold`) there is no way down to those, so that the
+Moebius band. Among bands of n folds of one hand (`ribbon.problems.alike.fold`) there is no way down to those, so that the
 energy of one fold is minimised, and the whole band, folded out, is a stationary point that Newton's iteration only has
 to confirm. How many ways lead down from it is told by its inertia. What it has of half turns is counted by linking
 numbers, and those that have others than were asked for are passed over.
@@ -19,7 +19,7 @@ import numpy as np
 from ribbon.element import quaternion
 from ribbon.find import band as _band
 from ribbon.find import relax
-from ribbon.problems import fold as _fold
+from ribbon.problems.alike import fold as _fold
 from ribbon.problems import transfer
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem

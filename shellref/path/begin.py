@@ -206,8 +206,8 @@ class Beginning:
         if several > 1:
             start = laid(self.problem, twisted(self.problem))
             found, _ = self.given(start)
-            if several > MOST_STABLE and found is None:
-                found = self.solve(start, accuracy=None)
+            if several > MOST_STABLE:
+                found = self.solve(start, accuracy=None) if found is None else found
         if found is None:
             problem = opened(self.problem)
             self.say({"event": "coarse", "elements": list(problem.elements)})
@@ -324,4 +324,7 @@ def begun(
     beginning = Beginning(problem, options, say, folder, processes)
     found = beginning.find(start)
     result = found.result.with_seconds({**found.result.seconds, **beginning.spent})
+    if options.kick and not beginning.kick and result.status is ShellStatus.UNSTABLE:
+        text = f"unstable equilibrium, {result.negative_eigenvalues or 'some'} negative eigenvalue(s), kept"
+        result = dataclasses.replace(result, message=text)
     return Begun(result, found.how, found.notes)

@@ -10,7 +10,7 @@ from ribbon.find import folds
 from ribbon.find.solving.assemble import assembled
 from ribbon.find.solving.request import Request
 from ribbon.judge import reduction
-from ribbon.problems.fold import fold_of, unfolded
+from ribbon.problems.alike.fold import fold_of, unfolded
 from ribbon.result import Status
 from tests.ribbon.find.dense_tangent import reduce
 
