@@ -17,7 +17,7 @@ import numpy as np
 import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
-from ribbon.boundary import Clamp, Closure
+from ribbon.boundary import Clamp
 from ribbon.errors import RibbonInputError
 from ribbon.find import seeds
 from ribbon.find.continuation import switch

@@ -19,8 +19,8 @@ import numpy as np
 from ribbon.element import quaternion
 from ribbon.find import band as _band
 from ribbon.find import relax
-from ribbon.problems.alike import fold as _fold
 from ribbon.problems import transfer
+from ribbon.problems.alike import fold as _fold
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.solvers import choose

@@ -26,8 +26,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from shellref.inputs import ShellInputError
 from shellref.band.turns import half_turns
+from shellref.inputs import ShellInputError
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
 from shellref.shell.result import ShellResult, ShellStatus

@@ -13,8 +13,8 @@ from compare.battery.judge.elastic import elastic, width_factor
 from compare.battery.judge.ribbon import judged, lowest, multipliers
 from compare.models import solve
 from compare.scene.scene import load
-from ribbonbench.linking import linking
 from ribbon import Status
+from ribbonbench.linking import linking
 
 SCENES = ("figure_4_1", "two_clamps_5_3_2", "moebius_table_fallen")
 
