@@ -123,7 +123,7 @@ def judged(scene: Scene, state: State, partner: State, grid: Grid | None = None)
     moments and the lowest eigenvalue, each by its own change (`compare.measure.numbers`).
 
     The change to a coarser mesh bounds the state's own error as long as halving the elements more than halves the
-    error; of the change to a finer one that is so of twice the change. Unknown where one of the two is not stable, nor kept.
+    error; of the change to a finer one that is so of twice the change. Unknown where one is not stable, nor kept.
     """
     mesh = partner.size.label
     if not (state.stands and partner.stands) or state.shape is None or partner.shape is None:

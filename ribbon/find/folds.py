@@ -1,9 +1,9 @@
 """Bands of two or more half turns: found as bands of as many folds, which are alike about as many axes.
 
 A strip passes through itself, and loses half turns in pairs: what goes down from a twisted band ends in a circle or a
-Moebius band. Among bands of n folds of one hand (`ribbon.problems.alike.fold`) there is no way down to those, so that the
-energy of one fold is minimised, and the whole band, folded out, is a stationary point that Newton's iteration only has
-to confirm. How many ways lead down from it is told by its inertia. What it has of half turns is counted by linking
+Moebius band. Among bands of n folds of one hand (`ribbon.problems.alike.fold`) there is no way down to those, so that
+the energy of one fold is minimised, and the whole band, folded out, is a stationary point that Newton's iteration only
+has to confirm. How many ways lead down from it is told by its inertia. What it has of half turns is counted by linking
 numbers, and those that have others than were asked for are passed over.
 """
 
@@ -101,10 +101,9 @@ def nothing(problem: MixedProblem) -> Minimum:
     """What there is where no band of so many folds was found: the circle's shape, which is not stationary."""
     n, width = _folds(problem), 2.0 * problem.half_width
     x = problem.state(*_band.circle(problem))
-    none = np.zeros(problem.size)
+    none, rows = np.zeros(problem.size), np.zeros(problem.row_count)
     return Minimum(
-        x=x, multipliers=none, rows=np.zeros(problem.row_count), residual=kkt_residual(problem, x, none, np.zeros(problem.row_count)), iterations=0,
-        code=2,
+        x=x, multipliers=none, rows=rows, residual=kkt_residual(problem, x, none, rows), iterations=0, code=2,
         message=f"no band of {n} folds was found: one fold, half its l / {n} long, is {2.0 * n * width:.3g} times as "
         f"wide as long, and rulings of a twist that turns it over would cross; fewer half turns, or a narrower strip",
         finished=False, seconds=0.0, solver=NEWTON,

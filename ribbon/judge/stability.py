@@ -65,8 +65,8 @@ class Stability:
     eigenvalue: in the metric ``int (domega^2 + deta^2) ds`` (units D w / l), so that it hardly depends on the segments,
     and for the worst ruling where rulings are free to choose; mode: its eigenvector (n,), zero on held unknowns; at:
     the unknowns (n,) with that ruling (the same shape); stable: not negative beyond rounding, None: not known;
-    indifferent: zero to rounding; active: number of held bounds; negative: number of unstable modes, by inertia, None: not
-    counted.
+    indifferent: zero to rounding; active: number of held bounds; negative: number of unstable modes, by inertia, None:
+    not counted.
     """
 
     eigenvalue: float

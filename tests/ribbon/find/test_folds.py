@@ -107,8 +107,8 @@ def test_finer_segments_are_of_the_same_band():
 
 
 def test_narrow_bands_are_above_the_least_energy_of_their_twist():
-    """Sadowsky's density omega^2 (1 + eta^2)^2 / 2 at a twist tau = omega eta is 2 tau^2 at least (eta = 1), and that of
-    an even twist the least: E >= 2 (int tau)^2; not far above, as the ribbon bends in a circle too."""
+    """Sadowsky's density omega^2 (1 + eta^2)^2 / 2 at a twist tau = omega eta is 2 tau^2 at least (eta = 1), and that
+    of an even twist the least: E >= 2 (int tau)^2; not far above, as the ribbon bends in a circle too."""
     state = solve(Strip(1.0, 0.005), closure=closure(9), segments=180, energy="sadowsky")
     assert folds.turns(state.problem, state.x) == 9
     s = (np.arange(4000) + 0.5) / 4000
