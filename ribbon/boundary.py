@@ -111,11 +111,15 @@ class Closure:
         "free", or "straight": eta = 0 at the seam, the thesis's alternative; it pins a Wunderlich event to the seam.
     turns:
         turns of the starting shape of a circle.
+    half_turns:
+        half turns of the end about its tangent before it is joined, 2 or more: the search begins at the band that is
+        alike about as many axes (`ribbon.find.folds`). None: what the kind has, or what the seed leads to.
     """
 
     kind: str
     ruling: str = "free"
     turns: int = 1
+    half_turns: int | None = None
 
     def __post_init__(self) -> None:
         if self.kind not in ("circle", "moebius"):
@@ -124,6 +128,19 @@ class Closure:
             raise RibbonInputError("ruling", self.ruling, 'use "free" or "straight"')
         if isinstance(self.turns, bool) or not isinstance(self.turns, int) or self.turns < 1:
             raise RibbonInputError("turns", self.turns, "a whole number of turns, at least one, is needed")
+        given = self.half_turns
+        if given is None:
+            return
+        odd = self.kind == "moebius"
+        if isinstance(given, bool) or not isinstance(given, int) or given < 0 or given % 2 != odd:
+            raise RibbonInputError("half_turns", given, f"an {'odd' if odd else 'even'} number joins a {self.kind}")
+        if given and self.turns > 1:
+            raise RibbonInputError("half_turns", given, "a circle of several turns has none; leave one of both out")
+
+    @property
+    def folded(self) -> bool:
+        """Whether it has so many half turns that its search begins at a band of as many folds."""
+        return self.half_turns is not None and self.half_turns > 1
 
     @property
     def sign(self) -> int:

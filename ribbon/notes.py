@@ -28,6 +28,7 @@ class Note(Enum):
         "use more segments"
     )
     NOT_JUDGED = "stability could not be judged"
+    WAYS_DOWN = "its second variation has {count} negative eigenvalue(s)"
     INDIFFERENT = "indifferent to at least one mode (eigenvalue zero to rounding)"
     FREE_BAND = (
         "nothing holds the band: where it begins in space (its seam at the origin, tangent e_z, normal e_y) chooses "

@@ -172,6 +172,7 @@ class Equilibrium:
     was given, or it means no side; left: the saddle that was left for it, None: none;
     quadrature_error: by how much of itself the elastic energy differs from its adaptive integral on the state's fields
     (`ribbon.judge.quadrature`); None where the rule is exact (energies of rulings, the rod) or nothing was judged;
+    unstable_modes: negative eigenvalues of the second variation, by inertia; None: not judged, or not counted;
     nonconvex: share of the length on which the density is not convex in curvature and twist
     (`ribbon.judge.convexity`): where it is not zero, elements alone hold the state; None likewise.
     """
@@ -206,6 +207,7 @@ class Equilibrium:
     nonconvex: float | None = None
     left: Left | None = None
     notes: tuple[Note, ...] = ()
+    unstable_modes: int | None = None
 
     @property
     def ok(self) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.battery.case import Check, holds, near
-from compare.measure import linking
+from ribbonbench import linking
 
 Array = NDArray[np.float64]
 

@@ -283,7 +283,9 @@ class State(Shown):
     there, None: it always is; left_saddle:
     the saddle that was left for it, `above` (its energy over the state's, D w / l) and `mirrored` (whether the other
     way leads to a state of the same energy; None: to none); None: none was; scene: what it answers, where its model
-    goes on from there alone (`compare.models.line`).
+    goes on from there alone (`compare.models.line`); remedy: what is said behind its message, None: what its model says
+    of its word (`compare.page.remedies`); kept: unstable, and all the same what the scene asks for
+    (`compare.models.half_turns`).
     """
 
     model: str
@@ -320,6 +322,14 @@ class State(Shown):
     nonconvex: float | None = None
     left_saddle: Mapping[str, Any] | None = None
     scene: Scene | None = field(default=None, repr=False)
+    remedy: str | None = None
+    kept: bool = False
+
+    @property
+    def stands(self) -> bool:
+        """What is compared with other states: a stable equilibrium, or an unstable one that is kept as what was asked
+        for."""
+        return self.ok or (self.kept and self.is_equilibrium)
 
     @property
     def ok(self) -> bool:

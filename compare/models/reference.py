@@ -123,11 +123,11 @@ def judged(scene: Scene, state: State, partner: State, grid: Grid | None = None)
     moments and the lowest eigenvalue, each by its own change (`compare.measure.numbers`).
 
     The change to a coarser mesh bounds the state's own error as long as halving the elements more than halves the
-    error; of the change to a finer one that is so of twice the change. Unknown where one of the two is not stable.
+    error; of the change to a finer one that is so of twice the change. Unknown where one is not stable, nor kept.
     """
     mesh = partner.size.label
-    if not (state.ok and partner.ok) or state.shape is None or partner.shape is None:
-        return replace(state, error_why=state.error_why if not state.ok else f"on {mesh} elements: {partner.word}")
+    if not (state.stands and partner.stands) or state.shape is None or partner.shape is None:
+        return replace(state, error_why=state.error_why if not state.stands else f"on {mesh} elements: {partner.word}")
     finer = math.prod(partner.size.values) > math.prod(state.size.values)
     times, chain = (2.0, (state, partner)) if finer else (1.0, (partner, state))
     grid = grid or Grid.for_shape(scene, state.shape.bend)

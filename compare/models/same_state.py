@@ -65,7 +65,7 @@ class Same:
 
 def same_state(beside: Model, scene: Scene, fast: State, shell: State, grid: Grid) -> Same:
     """Whether a shell's state is that of the model `beside` it; scene: the one that `fast` is of."""
-    if not shell.ok or shell.shape is None or not fast.ok or fast.shape is None:
+    if not shell.stands or shell.shape is None or not fast.stands or fast.shape is None:
         return Same(None, "one of the models has no stable state")
     there = grid.of(shell.shape)
     motions = both(fast.motions, shell.motions)
@@ -74,7 +74,7 @@ def same_state(beside: Model, scene: Scene, fast: State, shell: State, grid: Gri
     if apart <= APART:
         where = f"the shell settled at the surface of the {fast.model}" if settled else "nearer than states are apart"
         return Same(True, where)
-    if not isinstance(beside, Rests):
+    if fast.kept or shell.kept or not isinstance(beside, Rests):  # nothing comes to rest beside a saddle
         if settled:
             return Same(True, f"the shell settled from the surface of the {fast.model}")
         return Same(None, f"not checked: the {fast.model} cannot begin at the shell's shape")

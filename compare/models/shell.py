@@ -232,12 +232,12 @@ class ShellModel(Model):
                 place = stack.enter_context(tempfile.TemporaryDirectory(prefix="ribbonbench-shell-"))
                 store = CaseStore(Path(place))
             case, wall = _run(how, problem, store, near, say)
-            found = state_of(scene, case, wall)
+            found = half_turns.counted(scene, state_of(scene, case, wall))
             if options.error and (scene.shell.tolerance is None or scene.shell.goal != "surface"):
                 found = self._with_error(scene, found, elements, ratio, store, near, how, options, say)
             if options.store is None and case.folder is not None:
                 _ = case.surface, case.density()
-            return half_turns.counted(scene, found)
+            return found
 
     def _with_error(
         self,
@@ -259,13 +259,14 @@ class ShellModel(Model):
         how = replace(how, accuracy=None)
         if say is not None:
             say.step(f"shell: w/h = {ratio:g}, {check[0]} x {check[1]} elements, for the discretisation error")
-        if scene.shell.start != "path" and state.ok:
+        if scene.shell.start != "path" and state.stands:
             near, how = state.shape, replace(how, begin="given")
         try:
             case, _ = _run(how, problem_of(scene, ratio, check, options.fallback), store, near, say)
         except BadInput as refused:  # a mesh that cannot have the held corners' knots
             return replace(state, error_why=f"on {check[0]} x {check[1]} elements: {refused}")
-        return judged(scene, state, state_of(scene, case), options.grid)
+        partner = half_turns.counted(scene, state_of(scene, case))
+        return judged(scene, state, partner, options.grid)
 
     def barriers(self, scene: Scene, state: State, points: FloatArray) -> list[FloatArray]:
         """Planes, those on springs where they have moved to."""

@@ -45,7 +45,7 @@ def run(scene: Scene, store: CaseStore, reporter: Reporter, world: World, iterat
         shared += f", {requested.text}" if requested.said else ""
         reporter.step(f"shell: w/h = {ratio:g}, {size} elements{shared}")
         state = half_turns.counted(scene, state_of(scene, _case(problem, options, store, reporter, world)))
-        if state.ok and scene.shell.tolerance is None:
+        if state.stands and scene.shell.tolerance is None:
             state = _judged(scene, state, ratio, options, store, reporter, world)
         found.append(state)
     return found
@@ -64,7 +64,7 @@ def _judged(
         case = _case(problem, near, store, reporter, world, state.native.surface)
     except BadInput as refused:  # a mesh that cannot have the held corners' knots
         return replace(state, error_why=f"on {size} elements: {refused}")
-    return judged(scene, state, state_of(scene, case))
+    return judged(scene, state, half_turns.counted(scene, state_of(scene, case)))
 
 
 def _case(

@@ -24,6 +24,9 @@ class Ended(Protocol):
     @property
     def message(self) -> str: ...
 
+    @property
+    def remedy(self) -> str | None: ...
+
 
 def remedy(name: str, word: str) -> str:
     """What is said after the message of a model's solver that ends with this word; "" where nothing is."""
@@ -33,4 +36,5 @@ def remedy(name: str, word: str) -> str:
 
 def message(state: Ended) -> str:
     """The solver's message with the remedy."""
-    return state.message + remedy(state.model, state.word)
+    own = state.remedy
+    return state.message + (remedy(state.model, state.word) if own is None else own)

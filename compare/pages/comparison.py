@@ -83,9 +83,9 @@ def answer(comparison: Comparison, units: Units | None = None) -> Verdict:
     checks = [*of_state(scene, fast, "compare"), *of_rows(comparison.rows, "compare")]
     row = max(comparison.rows, key=lambda r: r.width_to_thickness)
     ratio = f"w/h = {row.width_to_thickness:g}"
-    if not fast.ok:
+    if not fast.stands:
         return Verdict.of("compare", f"No comparison: the {fast.model} is {message(fast)}", checks)
-    if row.hausdorff is None or row.status != "converged":
+    if row.hausdorff is None:
         return Verdict.of("compare", f"No comparison at {ratio}: the shell is {row.status}", checks)
     if row.same_state is not True:
         return Verdict.of("compare", another_state(row, fast, units), checks).doubted("same", "distance", SHELLS)

@@ -300,7 +300,7 @@ class ClosureSpec:
     half_turns: int | None = key(
         Kind.COUNT, "half turns of the end about its tangent before it is joined: an odd number of a Moebius band, an "
         "even one of a circle", range=">= 1", example="3", default=None, newer=True,
-        note="ribbon (up to 3) and shell", absent="1 of a Moebius band, 0 of a circle", known="half_turns <= 20"
+        note="ribbon and shell", absent="1 of a Moebius band, 0 of a circle", known="half_turns <= 20"
     )
 
     @property

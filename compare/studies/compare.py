@@ -139,7 +139,7 @@ def compare(
     shells: list[State] = []
     for k, variant in enumerate(shell.variants(scene)):
         k = min(k, len(beside) - 1)  # one for all, or one for each
-        near = beside[k].shape if beside[k].ok else None
+        near = beside[k].shape if beside[k].stands else None
         options = Options(error=True, store=store, fallback=True, grid=grid, selects=several)
         try:
             state = shell.solve(variant.scene, near=near, options=options, say=reporter)
@@ -211,7 +211,7 @@ def _row(
 ) -> Row:
     """The row of one shell; without a converged surface it keeps the status and no distances."""
     hausdorff = centreline = planar = laid = None
-    shape: Shape | None = state.shape if state.ok else None
+    shape: Shape | None = state.shape if state.stands else None
     if shape is not None:
         line = shape.centreline(grid.s)
         if fast_points is not None and fast_line is not None:

@@ -17,7 +17,7 @@ import numpy as np
 import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
-from ribbon.boundary import Clamp, Closure
+from ribbon.boundary import Clamp
 from ribbon.errors import RibbonInputError
 from ribbon.find import seeds
 from ribbon.find.continuation import switch
@@ -83,7 +83,7 @@ def _to_tolerance(request: Request, seed: Seed, how: How, tolerance: float, stri
     closure = request.closure
     pinned = request
     if closure is not None and closure.ruling == "free" and closure.sign < 0:
-        pinned = replace(request, closure=Closure(closure.kind, "straight", closure.turns))
+        pinned = replace(request, closure=replace(closure, ruling="straight"))
     problem = assembled(pinned)
     if problem.strip.gamma > HEAVY and not problem.row_count and pinned.formulation == "auto":
         pinned = replace(pinned, formulation="mixed")

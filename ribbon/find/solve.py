@@ -13,13 +13,15 @@ from numpy.typing import ArrayLike
 
 from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Barrier
-from ribbon.find import doubling, minima, stretched
+from ribbon.find import doubling, folds, minima, stretched
 from ribbon.find.solving import check as _check
 from ribbon.find.solving import refine as _refine
 from ribbon.find.solving import search, start
 from ribbon.find.solving.assemble import assembled
 from ribbon.find.solving.request import How, Options, Progress, Request, Seed, StripKeywords, Values
+from ribbon.find.solving.verdict import judged
 from ribbon.loads import Gravity
+from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Status
 from ribbon.solvers import choose
@@ -114,6 +116,8 @@ def solve_request(
     if stretched.is_stretched(problem):
         return stretched.straight(problem)
     with within(budget):
+        if isinstance(problem, MixedProblem) and folds.is_folded(problem) and isinstance(seed.curvature, str):
+            return _folded(problem, how)
         if problem.lengths.size >= 4 * doubling.FEWEST and doubling.is_possible(problem, how.options):
             few = _searched(doubling.few(problem), seed, how)
             state = _refine.climbed(few, problem) if few.ok else None
@@ -143,6 +147,18 @@ def _searched(problem: Problem, seed: Seed, how: How) -> Equilibrium:
     if sides is not None:
         best = minima.held(best, sides, relaxed)
     return minima.lowest(best, shapes, relaxed, sides)
+
+
+def _folded(problem: MixedProblem, how: How) -> Equilibrium:
+    """The band of as many folds as half turns were asked for, a minimum or not: what it is left for has fewer. Where
+    weight, walls or what it rests in make its places differ the search begins there."""
+    problem = folds.fitting(problem)
+    if folds.is_alike(problem):
+        return judged(problem, next(folds.states(problem), None) or folds.nothing(problem), how)
+    shape = folds.shape(problem)
+    if shape is None:
+        return judged(problem, folds.nothing(problem), how)
+    return search.from_shape(problem, *shape, how)
 
 
 def _rank(state: Equilibrium) -> tuple[int, float]:

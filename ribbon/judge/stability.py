@@ -65,7 +65,8 @@ class Stability:
     eigenvalue: in the metric ``int (domega^2 + deta^2) ds`` (units D w / l), so that it hardly depends on the segments,
     and for the worst ruling where rulings are free to choose; mode: its eigenvector (n,), zero on held unknowns; at:
     the unknowns (n,) with that ruling (the same shape); stable: not negative beyond rounding, None: not known;
-    indifferent: zero to rounding; active: number of held bounds.
+    indifferent: zero to rounding; active: number of held bounds; negative: number of unstable modes, by inertia, None:
+    not counted.
     """
 
     eigenvalue: float
@@ -74,6 +75,7 @@ class Stability:
     stable: bool | None
     indifferent: bool
     active: int
+    negative: int | None = None
 
 
 @dataclass(frozen=True)
@@ -172,7 +174,9 @@ def _mixed_once(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: re
     tolerance = 0.0
     if abs(lowest) <= _MOST_TOLERANCE:
         tolerance = min(MIXED_INDIFFERENT * max(1.0, second.largest()), _MOST_TOLERANCE)
-    return Stability(lowest, mode, x, lowest >= -tolerance, abs(lowest) <= tolerance, held.bounds)
+    stable = lowest >= -tolerance
+    negative = 0 if stable else second.below(-tolerance)
+    return Stability(lowest, mode, x, stable, abs(lowest) <= tolerance, held.bounds, negative)
 
 
 def _other_rulings(problem: MixedProblem, x: FloatArray) -> list[FloatArray]:
@@ -265,11 +269,11 @@ def _by_inertia(problem: ChainedProblem, x: FloatArray, held: BoolArray, active:
     """The check in O(p); None where an eigenvalue is zero to rounding."""
     pencil = Pencil(problem, x, held)
     tolerance = INDIFFERENT * pencil.largest()
-    negative = pencil.below(-tolerance) > 0
+    negative = pencil.below(-tolerance)
     if not negative and pencil.below(tolerance) > 0:
         return None
     lowest, mode = pencil.lowest()
-    return Stability(lowest, mode, x, not negative, False, active)
+    return Stability(lowest, mode, x, not negative, False, active, negative)
 
 
 def _on_fewer_chained(problem: ChainedProblem, x: FloatArray, active: int) -> Stability:

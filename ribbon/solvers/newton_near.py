@@ -44,6 +44,8 @@ _SUDDEN, _BESIDE = 1e-3, 8
 _SHARE, _INSIDE = 0.2, 1e-4
 #: Part of the Hessian's diagonal that D may take away; mean of the multipliers above which residuals are over it.
 _TAKES, _MEAN = 0.5, 100.0
+#: Part of a bound within which an unknown stands on it.
+_ON = 1e-6
 #: Residual of the systems, over their right sides.
 _SOLVED = 1e-11
 
@@ -110,9 +112,37 @@ def minimum_near(problem: MixedProblem, x: FloatArray, rows: FloatArray, toleran
     infinite on them, or there is none. Where multipliers are large so is their rounding: the residual is then measured
     as Ipopt does, over their mean.
     """
+    return _near(problem, x, rows, tolerance, True)
+
+
+def stationary_near(problem: MixedProblem, x: FloatArray, tolerance: float) -> Minimum | None:
+    """The stationary point beside the shape x (n,), a minimum or not; else as `minimum_near`.
+
+    Its first multipliers are those that leave the least of the gradient: of ``[1, A^T; A, 0] [d; y] = [-g; 0]``.
+    Slopes that stand on their bounds stay there, where the energy is finite on them (Sadowsky's).
+    """
+    lower, upper = problem.bounds()
+    x = np.where(x >= (1.0 - _ON) * upper, upper, np.where(x <= (1.0 - _ON) * lower, lower, x))
+    free, rows = (lower < x) & (x < upper), np.ones(problem.row_count, dtype=bool)
+    saddle = Saddle(problem, free, rows)
+    factor = saddle.factor(np.zeros_like(problem.hessian_structure()[0], dtype=float), problem.jacobian(x), 1.0)
+    found = factor.solve(np.concatenate([-problem.gradient(x)[free], np.zeros(saddle.count)]), 1, _SOLVED)
+    return _near(problem, x, found[saddle.unknowns :], tolerance, False, free)
+
+
+def _near(
+    problem: MixedProblem,
+    x: FloatArray,
+    rows: FloatArray,
+    tolerance: float,
+    least: bool,
+    free: BoolArray | None = None,
+) -> Minimum | None:
+    """The stationary point beside x (n,), a minimum where it has to be the `least`; free (n,): what is not held, None:
+    all but what has no room between its bounds."""
     clock = time.perf_counter()
     lower, upper = problem.bounds()
-    at = Iterate(problem, lower < upper, np.ones(problem.row_count, dtype=bool))
+    at = Iterate(problem, lower < upper if free is None else free, np.ones(problem.row_count, dtype=bool))
     if not np.all(np.abs(x[at.slopes]) < at.most):
         return None
     y = rows
@@ -132,12 +162,14 @@ def minimum_near(problem: MixedProblem, x: FloatArray, rows: FloatArray, toleran
             if changed is not None:
                 x, y = changed
                 worst = at.at(x, y)
-    if at.negative != 0 or count == 0:
+    if least and (at.negative != 0 or count == 0):
         return None
-    none = np.zeros(problem.size)
+    pushed = np.zeros(problem.size)
+    if free is not None and np.any(held := (lower < upper) & ~free):
+        pushed[held] = (problem.gradient(x) + problem.jacobian_matrix(x).T @ y)[held]
     return Minimum(
-        x=x, multipliers=none, rows=y, residual=worst, iterations=count, code=0,
-        message="Newton's iteration converged from fewer segments.", finished=True,
+        x=x, multipliers=pushed, rows=y, residual=worst, iterations=count, code=0,
+        message="Newton's iteration converged from a shape beside.", finished=True,
         seconds=time.perf_counter() - clock, solver=NEWTON,
     )  # fmt: skip
 

@@ -9,7 +9,9 @@ three half turns ends as one of one half turn of the other hand), so there the b
 
     phi = c(S) + v a_x(S) ,  d = a_y(S) ,  a_x, a_y: the circle's normal plane turned by pi n S
 
-whose strains, of order (pi n v)^2, are those of no equilibrium: the shell settles from it by way of thicker ones.
+whose strains, of order (pi n v)^2, are those of no equilibrium: the shell settles from it by way of thicker ones. Half
+turns about n axes map it onto itself, and Newton's iteration keeps them: beyond three half turns it ends at a saddle,
+which is left for nothing (what goes down from there passes through itself and has fewer).
 """
 
 from __future__ import annotations

@@ -26,6 +26,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from shellref.band.turns import half_turns
 from shellref.inputs import ShellInputError
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
@@ -46,6 +47,9 @@ LEAST = (25, 2)
 SAME = 1e-6
 #: Largest distance (over l) of a coarse state from the fine one that is believed to be a discretisation error.
 FAR = 0.05
+
+#: Half turns beyond which no band is stable that may pass through itself (docs/decisions.md, half turns).
+MOST_STABLE = 3
 
 #: How a path is called where a start was given: by whether the state near it is the one asked for.
 PATH_AGAIN = {True: "path (none near the start)", False: "path (the start is refused)"}
@@ -106,6 +110,8 @@ class Beginning:
         self.spent = {"import": 0.0, "compile": 0.0, "total": 0.0}
         self.notes: dict[str, Any] = {}
         self.solves = 0
+        # what an unstable band is left for passes through itself: it stays
+        self.kick = options.kick and abs(problem.half_turns or 0) <= MOST_STABLE
         self.meshes = [] if options.switch else coarse_meshes(problem.elements)
 
     def solve(
@@ -118,7 +124,7 @@ class Beginning:
         """A solve of the problem, or another one, with changed options."""
         from shellref.path.solve import solve
 
-        chosen = dataclasses.replace(self.options, **changes)
+        chosen = dataclasses.replace(self.options, **{"kick": self.kick, **changes})
         result = solve(problem or self.problem, chosen, self.say, start=start, processes=self.processes, folder=folder)
         for name in self.spent:
             self.spent[name] += result.seconds[name]
@@ -129,6 +135,8 @@ class Beginning:
         """The state: from the given start, from a coarse path, by the path."""
         begin, first = self.options.begin, None
         released = self.problem.partly_held
+        if abs(self.problem.half_turns or 0) > 1:  # half turns say which of several states is asked for, stable or not
+            begin = "given"
         if (self.problem.half_turns or released) and begin == "checked":  # its own beginning selects no state
             begin = "stable"
         if begin == "checked" and not self.meshes:  # nothing to check by: the mesh is coarse enough for its own path
@@ -138,7 +146,7 @@ class Beginning:
             return self.walk(none)
         if start is not None and begin == "given":
             result, how = self.given(start)
-            if result is not None:
+            if result is not None and self.is_turned(result):
                 return Begun(result, how, self.notes)
         elif start is not None and begin == "stable":
             first = self.settled(start)
@@ -194,8 +202,12 @@ class Beginning:
         from shellref.band.start import laid, opened, twisted
 
         found: ShellResult | None = None
-        if abs(self.problem.half_turns or 0) > 1:
-            found, _ = self.given(laid(self.problem, twisted(self.problem)))
+        several = abs(self.problem.half_turns or 0)
+        if several > 1:
+            start = laid(self.problem, twisted(self.problem))
+            found, _ = self.given(start)
+            if several > MOST_STABLE:
+                found = self.solve(start, accuracy=None) if found is None else found
         if found is None:
             problem = opened(self.problem)
             self.say({"event": "coarse", "elements": list(problem.elements)})
@@ -206,6 +218,17 @@ class Beginning:
                 found = self.solve(start)
             found = _after(open_strip, found)
         return Begun(found, how, self.notes)
+
+    def is_turned(self, result: ShellResult) -> bool:
+        """Whether a band has the half turns that it is joined after; any other strip."""
+        asked = self.problem.half_turns
+        if asked is None or abs(asked) <= 1:
+            return True
+        found = half_turns(result.surface, self.problem.width, asked)
+        if round(abs(found)) != abs(asked):
+            self.refuse(f"it has {abs(found):.0f} half turns")
+            return False
+        return True
 
     def settled(self, start: ShellSurface | None) -> ShellResult | None:
         """The stable state where Newton's iteration from a surface settles without a kick; None: there is none."""
@@ -301,4 +324,7 @@ def begun(
     beginning = Beginning(problem, options, say, folder, processes)
     found = beginning.find(start)
     result = found.result.with_seconds({**found.result.seconds, **beginning.spent})
+    if options.kick and not beginning.kick and result.status is ShellStatus.UNSTABLE:
+        text = f"unstable equilibrium, {result.negative_eigenvalues or 'some'} negative eigenvalue(s), kept"
+        result = dataclasses.replace(result, message=text)
     return Begun(result, found.how, found.notes)

@@ -61,6 +61,8 @@ NAMES = (
     "shell_mesh",
     "shell_cantilever",
     "shell_bands",
+    "shell_bands_mesh",
+    "half_turns",
     "rest_shapes",
     "tape_shell",
     "shell_lateral",

@@ -79,6 +79,8 @@ PATH: tuple[Quantity[Answered], ...] = (
 )
 QUANTITIES: tuple[Quantity[Answered], ...] = (
     Quantity("evaluations", kind=DATA, of=lambda a: a.state.native.evaluations),
+    Quantity("unstable_modes", kind=DATA, note="negative eigenvalues of the second variation, by inertia",
+             of=lambda a: ABSENT if a.state.native.unstable_modes is None else a.state.native.unstable_modes),
     Quantity("active_bounds", kind=DATA, of=lambda a: a.state.native.active_bounds),
     Quantity("tolerance_error", unit="l", kind=DATA, of=lambda a: a.state.native.tolerance_error),
     Quantity("lowest_eigenvalue_limit", kind=DATA, of=lambda a: a.state.numbers.get("eigenvalue_limit")),

@@ -7,7 +7,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from compare.models import half_turns
 from compare.scene.scene import Scene
 from ribbon import Clamp, Closure, Gravity, Strip, Wall
 from ribbon.contact import Barrier
@@ -88,7 +87,7 @@ def ribbon_end(scene: Scene) -> Clamp | None:
 def ribbon_closure(scene: Scene) -> Closure | None:
     """The band's closure; None: an open ribbon."""
     spec = scene.closure
-    return None if spec is None else Closure(spec.kind, spec.ruling, spec.turns)
+    return None if spec is None else Closure(spec.kind, spec.ruling, spec.turns, spec.half_turns)
 
 
 def ribbon_walls(scene: Scene) -> tuple[Barrier, ...]:
@@ -143,9 +142,8 @@ def build_arguments(scene: Scene) -> dict[str, Any]:
 
 def ribbon_arguments(scene: Scene) -> dict[str, Any]:
     """Keywords of `ribbon.solve`: those of `build_arguments` and the starting shape, curvature in 1/l."""
-    own = "natural" if scene.seed.curvature is None else scene.seed_curvature, scene.seed.ruling
-    curvature, ruling = half_turns.seed(scene, has_free_twist(scene)) or own
-    return {**build_arguments(scene), "seed_curvature": curvature, "seed_ruling": ruling}
+    curvature = "natural" if scene.seed.curvature is None else scene.seed_curvature
+    return {**build_arguments(scene), "seed_curvature": curvature, "seed_ruling": scene.seed.ruling}
 
 
 def ribbon_problem(scene: Scene, formulation: str | None = None) -> Problem:

@@ -94,7 +94,7 @@ class RibbonModel(Model):
             )  # fmt: skip
         from compare.models.ribbon.free import refusal
 
-        return half_turns.beyond_the_ribbon(scene) or refusal(scene)
+        return refusal(scene)
 
     def variants(self, scene: Scene) -> tuple[Variant, ...]:
         """One; of an energy with a thickness one for each w/h of the scene."""
@@ -147,7 +147,9 @@ class RibbonModel(Model):
     ) -> State:
         """From the seed, along the path, or to the tolerance. `near` is not used: the scene's own seed decides."""
         options = options or Options()
-        if options.leave_saddle is None:
+        if half_turns.are_several(scene):  # what such a saddle is left for has fewer
+            options = replace(options, leave_saddle=False)
+        elif options.leave_saddle is None:
             options = replace(options, leave_saddle=scene.only_raised)
         if scene.model.accuracy is not None:
             return half_turns.counted(scene, self._chosen(scene, size, options, say))

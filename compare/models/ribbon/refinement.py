@@ -33,14 +33,21 @@ SIGNED = 1e-6
 
 
 def refined(state: State) -> State | None:
-    """Every segment cut in two, solved again from the state; None where it is not stable."""
+    """Every segment cut in two, solved again from the state; None where it is not stable, nor a saddle that is kept."""
     from ribbon import refine
 
-    if not state.ok:
+    if not state.ok and not kept(state):
         return None
     finer = refine(state.native)
     size = Size(state.size.ladder, (float(finer.problem.lengths.size),))
     return state_of(None, finer, size, Seconds(float("nan")), None)
+
+
+def kept(state: State) -> bool:
+    """Whether a saddle is followed to finer segments as one: a band of several half turns, which is the same by its
+    symmetry (`ribbon.find.folds`) and has nothing stable beside it."""
+    closure = state.native.problem.closure
+    return state.status is Status.UNSTABLE and closure is not None and closure.folded
 
 
 def judged(state: State, say: Reporter | None = None, grid: Grid | None = None, scene: Scene | None = None) -> State:
@@ -57,9 +64,9 @@ def judged(state: State, say: Reporter | None = None, grid: Grid | None = None, 
     from ribbon.solvers import choose
     from ribbon.solvers.budget import SPENT, spent
 
-    if state.status is Status.UNSTABLE and state.shape is not None and not spent():
+    if state.status is Status.UNSTABLE and state.shape is not None and not kept(state) and not spent():
         return _of_a_saddle(state, say, grid, scene)
-    if not state.ok or state.shape is None:
+    if not (state.ok or kept(state)) or state.shape is None:
         unknown = errors_of([state.native.numbers], error_of_first)
         why = "it is no stable equilibrium"
         return replace(state, errors=unknown, refinements=_all_tried(state.native), error_why=why)
@@ -88,14 +95,14 @@ def judged(state: State, say: Reporter | None = None, grid: Grid | None = None, 
         if say is not None:
             say.step(f"ribbon: {segments} segments, for the discretisation error")
         finer = refined(current)
-        assert finer is not None  # `current` is stable
+        assert finer is not None  # `current` is stable, or kept
         if finer.shape is None or not finer.is_equilibrium:
             tried.append(_tried(finer.native, None))
             why = f"not known beyond: on {segments} segments {finer.message}"
             break
         there = aligned(grid.of(finer.shape), shapes[-1], finer.motions)
         tried.append(_tried(finer.native, grid_hausdorff(shapes[-1], there)))
-        if not finer.ok:
+        if finer.status is not state.status:
             there_too = state_of(scene, finer.native, own_size(finer.native), state.seconds)
             return _hidden_saddle(state, there_too, tuple(tried), scene)
         shapes.append(there)
@@ -155,7 +162,7 @@ def _in_the_limit(state: State, finest: State, values: list[float], scene: Scene
         if finer is None or not finer.is_equilibrium or finer.lowest_eigenvalue is None:
             break
         tried.append(_tried(finer.native, None))
-        if not finer.ok:
+        if finer.status is not finest.status:
             there = state_of(scene, finer.native, own_size(finer.native), state.seconds)
             return _hidden_saddle(state, there, tuple(tried), scene)
         values.append(finer.lowest_eigenvalue)

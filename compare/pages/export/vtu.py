@@ -17,6 +17,9 @@ from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 
+#: Part of a surface's extent up to which points of its ends are one.
+_MEET = 1e-6
+
 
 def triangles(along: int, across: int) -> NDArray[np.int64]:
     """Triangles (2 (along - 1) (across - 1), 3) of a grid of points, last index fastest: all lower, then all upper."""
@@ -24,6 +27,17 @@ def triangles(along: int, across: int) -> NDArray[np.int64]:
     lower = np.column_stack([corner, corner + across, corner + 1])
     upper = np.column_stack([corner + 1, corner + across, corner + across + 1])
     return np.concatenate([lower, upper])
+
+
+def seam(grid: FloatArray) -> int:
+    """How the ends of a grid (k, m, 3) meet: 1 as they are, -1 turned over, as a Moebius band's, 0 not at all."""
+    if len(grid) < 4:
+        return 0
+    near = _MEET * float(np.ptp(grid.reshape(-1, 3), axis=0).max())
+    for sign in (1, -1):
+        if np.abs(grid[0] - grid[-1, ::sign]).max() <= near:
+            return sign
+    return 0
 
 
 @dataclass(frozen=True)
@@ -55,11 +69,16 @@ class Sheet:
         known = self.fields.get("normal")
         if known is not None and known.shape == self.points.shape and np.isfinite(known).all():
             return known / np.maximum(np.linalg.norm(known, axis=1, keepdims=True), 1e-300)
-        corners = self.points[self.triangles]
+        corners, shape = self.points[self.triangles], self.shape
         area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         found = np.zeros_like(self.points)
         for corner in range(3):
             np.add.at(found, self.triangles[:, corner], area)
+        joined = 0 if shape is None else seam(self.points.reshape(*shape, 3))
+        if shape is not None and joined:  # the points of both ends are one, with one normal
+            ends = found.reshape(*shape, 3)
+            both = ends[0] + joined * ends[-1, ::joined]
+            ends[0], ends[-1] = both, joined * both[::joined]
         length = np.linalg.norm(found, axis=1, keepdims=True)
         return np.where(length > 0.0, found / np.where(length > 0.0, length, 1.0), [0.0, 0.0, 1.0])
 

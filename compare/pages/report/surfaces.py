@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from compare.page.drawing import RIBBON_COLOUR, WALL_COLOUR, screen_axes, shell_colour
 from compare.page.page import WALL, Surface
-from compare.pages.export.vtu import Sheet, triangles
+from compare.pages.export.vtu import Sheet, seam, triangles
 from compare.store.states import States
 
 FloatArray = NDArray[np.float64]
@@ -243,7 +243,8 @@ def as_data(found: View, alt: str) -> dict[str, Any]:
     """The view for viewer.js: numbers as base64 of little-endian arrays.
 
     places: uint16 (N, 3), 0 to 65535 over the box from low by span; normals: int16 (N, 3); field: uint16 (N,), 0 to
-    65534 from low to high, 65535 where nothing is known; triangles: uint16, left out for a grid (along, across).
+    65534 from low to high, 65535 where nothing is known; triangles: uint16, left out for a grid (along, across), whose
+    seam says how its ends meet (`compare.pages.export.vtu.seam`).
     frames: states along a path, one after another, on a grid of their own, with the same scale for all of them.
     """
     clouds = [one.sheet.points for one in found.surfaces]
@@ -270,6 +271,7 @@ def as_data(found: View, alt: str) -> dict[str, Any]:
             entry["triangles"] = _packed(sheet.triangles, "<u2")
         else:
             entry["grid"] = shape
+            entry["seam"] = seam(sheet.points.reshape(*shape, 3))
         if one.states is not None and len(one.states.labels) > 1:
             entry["frames"] = {
                 "grid": one.states.points.shape[1:3],

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ribbon.errors import RibbonInputError
-from ribbon.find import doubling, stretched
+from ribbon.find import doubling, folds, stretched
 from ribbon.find.solving.request import How
 from ribbon.find.solving.search import from_near, from_state
 from ribbon.find.solving.verdict import judged
@@ -52,6 +52,10 @@ def onto(equilibrium: Equilibrium, lengths: FloatArray, how: How) -> Equilibrium
         fresh = fresh.with_changes(touching=tuple(touch for touch in old.touching if not touch.slides))
     if stretched.is_stretched(fresh):
         return stretched.straight(fresh)
+    if folds.is_folded(fresh) and folds.is_alike(fresh) and equilibrium.status in (Status.CONVERGED, Status.SADDLE):
+        same = folds.beside(old, equilibrium.x, fresh)
+        if same is not None:
+            return judged(fresh, same, how)
     plain = how.check and how.hold and doubling.is_possible(fresh, how.options)
     if plain and equilibrium.ok and doubling.nested(old, fresh):
         state = climbed(equilibrium, fresh)

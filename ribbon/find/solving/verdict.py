@@ -66,6 +66,7 @@ def judged(problem: Problem, minimum: Minimum, how: How) -> Equilibrium:
         mode=check.mode if check is not None else np.zeros_like(minimum.x),
         at=check.at if check is not None else None,
         active_bounds=check.active if check is not None else 0,
+        unstable_modes=check.negative if known and check is not None else None,
         seconds={"solve": minimum.seconds, "stability": time.perf_counter() - clock},
         penetration=at.behind,
         options={**ipopt.DEFAULT_OPTIONS, **(how.options or {})} if minimum.solver == IPOPT else {},
@@ -147,6 +148,8 @@ def _found(problem: Problem, minimum: Minimum, at: _Measured, status: Status, be
         message.add(Note.BEHIND_ON_PATH, depth=at.behind)
     if check is not None and check.stable is None:
         message.add(Note.NOT_JUDGED)
+    if check is not None and check.negative and isinstance(problem, MixedProblem):
+        message.add(Note.WAYS_DOWN, count=check.negative)
     if check is not None and check.indifferent:
         message.add(Note.INDIFFERENT)
     if problem.closure is not None and problem.start is None and problem.walls:

@@ -11,10 +11,10 @@ from compare.battery.judge.curve import integrated, segments
 from compare.battery.judge.discrete import Discrete
 from compare.battery.judge.elastic import elastic, width_factor
 from compare.battery.judge.ribbon import judged, lowest, multipliers
-from compare.measure.linking import linking
 from compare.models import solve
 from compare.scene.scene import load
 from ribbon import Status
+from ribbonbench.linking import linking
 
 SCENES = ("figure_4_1", "two_clamps_5_3_2", "moebius_table_fallen")
 

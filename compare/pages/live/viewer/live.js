@@ -199,14 +199,14 @@ function drawWalls(nets) {
   hand.walls.forEach((wall, k) => {
     if (!nets[k]) return;
     const places = numbers(nets[k], Float32Array);
-    wall.fine = { ...wall.fine, places, normals: normalsOf(places, wall.fine.triangles) };
+    wall.fine = { ...wall.fine, places, normals: normalsOf(places, wall.fine.triangles, []) };
     wall.shape(0, 1);
   });
 }
 
 function draw(places) {
   const { strip, view } = hand;
-  strip.fine = { ...strip.fine, places, normals: normalsOf(places, strip.fine.triangles) };
+  strip.fine = { ...strip.fine, places, normals: normalsOf(places, strip.fine.triangles, strip.fine.joined) };
   strip.shape(0, 1);
   const { right, up, away, distance, aspect } = view.camera(), tangent = Math.tan(FIELD_OF_VIEW / 2);
   let far = 0, needed = 0;

@@ -68,8 +68,15 @@ function gridTriangles(along, across) {
   return found;
 }
 
-function gridOutline(along, across) {
+// Around a grid; where its ends meet (seam 1, or -1 turned over) only along both edges, -1 between them
+function gridOutline(along, across, seam) {
   const loop = [];
+  if (seam) {
+    for (let i = 0; i < along; i++) loop.push(i * across);
+    loop.push(-1);
+    for (let i = 0; i < along; i++) loop.push(i * across + across - 1);
+    return loop;
+  }
   for (let i = 0; i < along; i++) loop.push(i * across);
   for (let j = 1; j < across; j++) loop.push((along - 1) * across + j);
   for (let i = along - 2; i >= 0; i--) loop.push(i * across + across - 1);
@@ -77,14 +84,27 @@ function gridOutline(along, across) {
   return loop;
 }
 
-// Unit normals of triangles around the points
-function normalsOf(places, triangles) {
+// Points of the first and the last row that are one where the ends of a grid meet: [first, last, sign of the normal]
+function gridSeam(along, across, seam) {
+  if (!seam) return [];
+  return Array.from({ length: across }, (_, j) => [j, (along - 1) * across + (seam > 0 ? j : across - 1 - j), seam]);
+}
+
+// Unit normals of triangles around the points, those that are one (gridSeam) with one normal
+function normalsOf(places, triangles, joined) {
   const found = new Float32Array(places.length);
   for (let t = 0; t < triangles.length; t += 3) {
     const [a, b, c] = [0, 1, 2].map((k) => 3 * triangles[t + k]);
     const u = [0, 1, 2].map((k) => places[b + k] - places[a + k]), w = [0, 1, 2].map((k) => places[c + k] - places[a + k]);
     const n = cross(u, w);
     for (const corner of [a, b, c]) for (let k = 0; k < 3; k++) found[corner + k] += n[k];
+  }
+  for (const [first, last, sign] of joined) {
+    for (let k = 0; k < 3; k++) {
+      const both = found[3 * first + k] + sign * found[3 * last + k];
+      found[3 * first + k] = both;
+      found[3 * last + k] = sign * both;
+    }
   }
   for (let i = 0; i < found.length; i += 3) {
     const n = Math.hypot(found[i], found[i + 1], found[i + 2]) || 1;

@@ -168,6 +168,7 @@ class Painter {
 function bandsOf(places, path) {
   const found = new Float32Array(32 * Math.max(path.length - 1, 0));
   for (let i = 0; i + 1 < path.length; i++) {
+    if (path[i] < 0 || path[i + 1] < 0) continue; // the path is in pieces
     const ends = [path[i], path[i + 1]].map((p) => [places[3 * p], places[3 * p + 1], places[3 * p + 2]]);
     [[0, -1], [0, 1], [1, -1], [1, 1]].forEach((corner, k) => found.set([...ends[0], ...ends[1], ...corner], 32 * i + 8 * k));
   }

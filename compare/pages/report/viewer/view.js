@@ -12,7 +12,7 @@ class Sheet {
     this.frames = [];
     if (!entry.frames) return;
     const places = unpacked(entry.frames.places, data.low, data.span), count = 3 * entry.frames.grid[0] * entry.frames.grid[1];
-    const shape = this.mesh({ grid: entry.frames.grid, fields: {} }, null);
+    const shape = this.mesh({ grid: entry.frames.grid, seam: entry.seam, fields: {} }, null);
     const known = Object.entries(entry.frames.fields).map(([name, f]) => [name, f, values(f)]);
     entry.frames.labels.forEach((label, k) => {
       const part = (all, each) => all.slice(k * each, (k + 1) * each);
@@ -22,10 +22,11 @@ class Sheet {
   }
 
   mesh(entry, data) {
-    const { grid } = entry;
+    const { grid, seam } = entry;
     return {
       triangles: grid ? gridTriangles(grid[0], grid[1]) : numbers(entry.triangles, Uint16Array),
-      outline: grid ? gridOutline(grid[0], grid[1]) : [],
+      outline: grid ? gridOutline(grid[0], grid[1], seam) : [],
+      joined: grid ? gridSeam(grid[0], grid[1], seam) : [],
       first: grid ? Array.from({ length: grid[1] }, (_, i) => i) : [],
       places: data ? unpacked(entry.places, data.low, data.span) : null,
       fields: Object.fromEntries(Object.entries(entry.fields).map(([name, f]) => [name, { ...f, known: values(f) }])),
@@ -40,12 +41,12 @@ class Sheet {
   // The mesh to be drawn: a state of the path, or the surface `factor` times as far from its partner as it is
   shape(frame, factor) {
     const state = this.frames.length && frame < this.frames.length - 1 ? this.frames[frame] : null;
-    if (state && !state.normals) state.normals = normalsOf(state.places, state.triangles);
+    if (state && !state.normals) state.normals = normalsOf(state.places, state.triangles, state.joined);
     this.now = state || this.fine;
     if (!state && factor !== 1 && this.partner) {
       const { places } = this.fine, from = this.partner.fine.places;
       const far = places.map((x, i) => from[i] + factor * (x - from[i]));
-      this.now = { ...this.fine, places: far, normals: normalsOf(far, this.fine.triangles) };
+      this.now = { ...this.fine, places: far, normals: normalsOf(far, this.fine.triangles, this.fine.joined) };
     }
     if (this.now.bands && this.now.bands.of === this.now.places) return;
     const { places, outline, first } = this.now;

@@ -1,0 +1,1 @@
+"""Parts of strips that are alike about axes: what their ends hold."""
