@@ -146,11 +146,14 @@ def near(equilibrium: Equilibrium, shape: Shape, finer: int = 1) -> Equilibrium:
     """Where the strip of `equilibrium`, on its own segments cut into `finer` parts each, comes to rest from another
     model's shape; whatever its status.
 
-    The start has the shape's curvature and twist at the joints (`compare.measure.curvatures`), nothing else of it.
+    The start has the shape's curvature and twist at the joints (`compare.measure.curvatures`) and, where nothing holds
+    a frame, stands as the shape does: a strip on a table rests on its ends or, the other way up, on its middle.
     """
     from ribbon.find.solve import solve_shape
 
     problem: Any = equilibrium.problem
+    if problem.row_count and problem.start_quaternion is None and problem.end_quaternion is None:
+        problem = problem.anchored(_pose(shape))
     if finer > 1:
         problem = problem.with_changes(lengths=np.repeat(problem.lengths / finer, finer))
     s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
@@ -159,3 +162,11 @@ def near(equilibrium: Equilibrium, shape: Shape, finer: int = 1) -> Equilibrium:
     omega, twist = kappa[:, 0], kappa[:, 2]
     start = (omega, twist) if problem.fields.free else _ruled(omega, twist)
     return solve_shape(problem, *start, leave_saddle=True)
+
+
+def _pose(shape: Shape) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Quaternion and position (l) of the start of a shape, as `ribbon.problems.held.Held.anchored` takes them."""
+    from ribbon.element import quaternion
+
+    first = np.zeros(1)
+    return tuple(quaternion.from_matrix(shape.frames(first)[0]).tolist()), tuple(shape.centreline(first)[0].tolist())

@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon import law
 from ribbon.energies.finite import added
 from ribbon.energies.section.relaxed import operators
 
@@ -135,9 +136,8 @@ def terms(equilibrium: Any, thickness: float, held: Sequence[float] = ()) -> tup
     strip = problem.strip
     dropped = Dropped(strip.relative_width, thickness, strip.poisson)
     lengths = problem.lengths
-    start, end = strip.curvature
-    joints = np.concatenate([[0.0], np.cumsum(lengths)])
-    natural = start + (end - start) * (joints[:-1, None] + lengths[:, None] * _NODES)
+    first, slope = law.pieces(strip.curvature, lengths).T[:, :, None]
+    natural = first + slope * (lengths[:, None] * _NODES)
     q = equilibrium.parameters[:, :4]
     step = _STEP * np.array([1.0, 1.0, 1.0, 1.0]) * np.maximum(1.0, np.abs(q[:, 1::2]).max())
     found = {name: np.zeros(q.shape) for name in ALONG}
@@ -154,10 +154,10 @@ def terms(equilibrium: Any, thickness: float, held: Sequence[float] = ()) -> tup
     return tuple(ends)
 
 
-def _end(dropped: Dropped, q: FloatArray, lengths: FloatArray, curvature: tuple[float, float], at: float) -> Term:
+def _end(dropped: Dropped, q: FloatArray, lengths: FloatArray, curvature: law.Law, at: float) -> Term:
     """The clamp's term at s = 0 or 1."""
     row, s = (0, 0.0) if at == 0.0 else (-1, float(lengths[-1]))
-    natural = np.array([curvature[0 if at == 0.0 else 1]])
+    natural = law.at(curvature, np.array([at]))
     k, t = q[row, 0] * s + q[row, 1], q[row, 2] * s + q[row, 3]
     step = _STEP * max(1.0, abs(k), abs(t))
 
