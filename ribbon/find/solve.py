@@ -20,6 +20,7 @@ from ribbon.find.solving import search, start
 from ribbon.find.solving.assemble import assembled
 from ribbon.find.solving.request import How, Options, Progress, Request, Seed, StripKeywords, Values
 from ribbon.loads import Gravity
+from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Status
 from ribbon.solvers import choose
@@ -142,7 +143,8 @@ def _searched(problem: Problem, seed: Seed, how: How) -> Equilibrium:
         sides = minima.sides(problem, start.given(problem, seed.curvature, seed.ruling), (omega, eta))
     if sides is not None:
         best = minima.held(best, sides, relaxed)
-    return minima.lowest(best, shapes, relaxed, sides)
+    free = not problem.walls and not (isinstance(problem, MixedProblem) and problem.apart)
+    return minima.lowest(best, shapes, relaxed, sides, probing=isinstance(seed.curvature, str) and free)
 
 
 def _rank(state: Equilibrium) -> tuple[int, float]:

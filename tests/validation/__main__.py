@@ -43,6 +43,7 @@ NAMES = (
     "start_clamp",
     "forces",
     "seeds",
+    "rivals",
     "exact_gravity",
     "moebius",
     "wunderlich_event",
