@@ -44,6 +44,7 @@ NAMES = (
     "forces",
     "seeds",
     "rivals",
+    "branches_auto",
     "exact_gravity",
     "moebius",
     "wunderlich_event",
