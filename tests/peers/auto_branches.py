@@ -3,6 +3,7 @@ clamps over the shift of one (`arch.f90`, from a solution that it is given)."""
 
 from __future__ import annotations
 
+import itertools
 import os
 import subprocess
 import tempfile
@@ -75,7 +76,7 @@ def _crossings(told: str, values: list[float]) -> list[float]:
         tests.setdefault(int(words[1]), float(words[4]))
     numbers = [k for k in range(2, len(values) + 1) if k in tests]
     found = []
-    for here, there in zip(numbers, numbers[1:], strict=False):
+    for here, there in itertools.pairwise(numbers):
         if tests[here] * tests[there] < 0.0:
             near = [k for k in numbers if 1 < abs(k - there) <= _AROUND]
             x, y = np.array([values[k - 1] for k in near]), np.array([tests[k] for k in near])
