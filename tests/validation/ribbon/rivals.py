@@ -150,7 +150,8 @@ def run(out: Path) -> dict[str, Number]:
         ),
         f"The probe takes {100 * share:.0f} % of the time of such a solve (all {len(rows)} scenes, time of the "
         f"processor, {np.mean([row['tries'] for row in rows]):.0f} tries each). Of the {len(lost)} scenes where a "
-        f"random start is lower, the difference stands on elements halved {HALVINGS} times in {remain}: "
+        f"random start is lower, {remain} keep a difference above what the last of {HALVINGS} halvings of the elements "
+        "changed: "
         + ("; ".join(_said(row) for row in lost) or "none") + ".",
         f"Without an answer: {', '.join(map(str, bad)) or 'none'}. That a state is the lowest of those seen is no "
         "proof.",
