@@ -32,7 +32,7 @@ from typing import Any
 
 import numpy as np
 
-from ribbon.find import relax, seeds
+from ribbon.find import probe, relax, seeds
 from ribbon.problems import transfer
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
@@ -55,6 +55,8 @@ _STEEP = 0.95
 
 #: Barrier and iterations of a start beside the first.
 _BESIDE = {"mu_init": 1e-3, "max_iter": 250}
+#: The same of a probe, which is cheap or nothing.
+_PROBE = {**_BESIDE, "max_iter": 80}
 #: How much nearer the rival has to be, over the distance of both seeds; distance to the seed (over its size) within
 #: which no rival is looked for.
 _NEARER, _OWN = 0.25, 0.3
@@ -108,13 +110,18 @@ def flips(problem: Problem, x: FloatArray) -> list[int]:
 
 
 def lowest(
-    state: Equilibrium, others: Iterable[tuple[FloatArray, FloatArray]], relaxed: Relaxed, sides: Sides | None = None
+    state: Equilibrium,
+    others: Iterable[tuple[FloatArray, FloatArray]],
+    relaxed: Relaxed,
+    sides: Sides | None = None,
+    probing: bool = False,
 ) -> Equilibrium:
     """The lowest state of those that are reached from `state`, with what was seen in its `minima`.
 
     others: further starts, omega and eta (p + 1,) at the joints; relaxed: solves from a shape that is near; sides: of
-    the seed that was given, where it means one: what lies on the other is no rival. A ribbon that is held at one end,
-    and a state without flips where there are no further starts, cost nothing.
+    the seed that was given, where it means one: what lies on the other is no rival; probing: whether what
+    `ribbon.find.probe` begins with is asked too. A ribbon that is held at one end, and a state without flips where
+    there are no further starts, cost nothing.
     """
     if not state.ok or not has_several(state.problem):
         return state
@@ -139,11 +146,33 @@ def lowest(
             better = relaxed(problem, beside.x if few is problem else transfer.transferred(few, beside.x, problem))
             if better.ok and not lower(state.energy.total, better.energy.total):  # walls may have pushed it back
                 state, x = replace(better, iterations=state.iterations + better.iterations), beside.x
-    if not flips(problem, state.x):
-        return state if x is None or not seen.energies else _told(state, seen, few, x, False)
-    x = _few(few, state) if x is None else x
-    if x is None:
-        return state
+    told, flipped = bool(seen.energies), bool(flips(problem, state.x))
+    if flipped:
+        x = _few(few, state) if x is None else x
+        if x is None:
+            return state
+        state, x = _placed(state, few, x, seen, relaxed, sides)
+        told = True
+    if probing and not spent():
+        x = _few(few, state) if x is None else x
+        if x is None:
+            return state
+        y, told = _probed(few, x, seen), True
+        if lower(few.value(y), few.value(x)):
+            better = relaxed(problem, y if few is problem else transfer.transferred(few, y, problem))
+            if better.ok and not lower(state.energy.total, better.energy.total):
+                state, x = replace(better, iterations=state.iterations + better.iterations), y
+                flipped = bool(flips(problem, state.x))
+                if flipped:
+                    state, x = _placed(state, few, x, seen, relaxed, sides)
+    return state if x is None or not told else _told(state, seen, few, x, flipped)
+
+
+def _placed(
+    state: Equilibrium, few: MixedProblem, x: FloatArray, seen: Seen, relaxed: Relaxed, sides: Sides | None
+) -> tuple[Equilibrium, FloatArray]:
+    """The state, x on few segments, with its flips where the segments have them lowest."""
+    problem: MixedProblem = state.problem  # type: ignore[assignment]
     y = _moved_down(few, x, seen)
     if sides is None:
         omega, eta = few.joint_values(y)
@@ -155,8 +184,31 @@ def lowest(
     if few is not problem or lower(few.value(y), few.value(x)):
         better = relaxed(problem, y if few is problem else transfer.transferred(few, y, problem))
         if better.ok and not (sides is not None and sides.other(problem, better.x) and state.branch is Branch.OWN):
-            state, x = replace(better, iterations=state.iterations + better.iterations, branch=state.branch), y
-    return _told(state, seen, few, x, True)
+            return replace(better, iterations=state.iterations + better.iterations, branch=state.branch), y
+    return state, x
+
+
+def _probed(few: MixedProblem, x: FloatArray, seen: Seen) -> FloatArray:
+    """The lowest shape that cheap starts lead to; all that was reached is `seen`."""
+    best, energy, first = x, seen.add(few, x), x
+
+    def ask(shapes: Iterable[Shape]) -> None:
+        nonlocal best, energy
+        for shape in shapes:
+            if spent():
+                return
+            seen.tries += 1
+            found = relax.once(few, few.state(*shape), dict(_PROBE))
+            if found.residual <= RESIDUAL_TOLERANCE:
+                there = seen.add(few, found.x)
+                if lower(there, energy):
+                    best, energy = found.x, there
+
+    ask(probe.images(few, x))
+    ask(probe.further(few))
+    if best is not first:
+        ask(probe.images(few, best, kept=True))
+    return best
 
 
 def _few(few: MixedProblem, state: Equilibrium) -> FloatArray | None:

@@ -146,7 +146,8 @@ def _searched(problem: Problem, seed: Seed, how: How) -> Equilibrium:
         sides = minima.sides(problem, start.given(problem, seed.curvature, seed.ruling), (omega, eta))
     if sides is not None:
         best = minima.held(best, sides, relaxed)
-    return minima.lowest(best, shapes, relaxed, sides)
+    free = not problem.walls and not (isinstance(problem, MixedProblem) and problem.apart)
+    return minima.lowest(best, shapes, relaxed, sides, probing=isinstance(seed.curvature, str) and free)
 
 
 def _folded(problem: MixedProblem, how: How) -> Equilibrium:

@@ -43,6 +43,8 @@ NAMES = (
     "start_clamp",
     "forces",
     "seeds",
+    "rivals",
+    "branches_auto",
     "exact_gravity",
     "moebius",
     "wunderlich_event",

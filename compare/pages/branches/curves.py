@@ -10,7 +10,7 @@ from compare.page.page import Picture
 from compare.page.study import Study
 from compare.page.table import Column, Table
 from compare.page.verdict import Check, Verdict
-from compare.pages.branches.page import WORDS
+from compare.pages.branches.words import WORDS
 from compare.pages.pictures.curves import curves_picture
 from compare.store.provenance import versions
 from compare.store.store import atomic_write_json, jsonable

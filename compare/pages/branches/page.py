@@ -12,17 +12,16 @@ from compare.page.page import Picture
 from compare.page.study import Study
 from compare.page.table import Column, Table
 from compare.page.verdict import Check, Verdict
+from compare.pages.branches.html import HTML, document
+from compare.pages.branches.words import WORDS
 from compare.pages.pictures.branches import branches_picture, ordinate
 from compare.pages.result import state_result
 from compare.store.arrays import npz_bytes
-from compare.store.store import atomic_write_bytes, atomic_write_json, jsonable
+from compare.store.store import atomic_write_bytes, atomic_write_json, atomic_write_text, jsonable
 from compare.studies.branches.diagram import Branch, BranchPoint, Diagram
 from compare.studies.branches.run import LINE
 
 PICTURE, RECORD, SHAPES = "branches.png", "branches.json", "shapes.npz"
-WORDS = {
-    "fold": "fold", "branch_point": "branch point", "event": "event", "regular": "regular", "ruling": "fall by rulings",
-}  # fmt: skip
 ENDS = {
     "range": "an end of the range", "closed": "back at its beginning", "steps": "its last allowed point",
     "stuck": "a point behind which none was found", "stopped": "the end of the time",
@@ -242,6 +241,8 @@ def write(out: Path, diagram: Diagram, again: str) -> None:
     atomic_write_json(out / RECORD, jsonable(found))
     lines = np.array([p.centreline for b in diagram.branches for p in b.points])
     atomic_write_bytes(out / SHAPES, npz_bytes({"s": np.linspace(0.0, 1.0, LINE), "centreline": lines}))
+    texts = answer(diagram), sentences(diagram), (special_table(diagram), branch_table(diagram))
+    atomic_write_text(out / HTML, document(diagram, *texts, (out / PICTURE).read_bytes()))
     start = next(iter(diagram.starts.values()))
     summary = {name: value for name, value in found.items() if name != "points"}
     special, points = special_table(diagram), point_table(diagram)
@@ -264,6 +265,7 @@ def write(out: Path, diagram: Diagram, again: str) -> None:
             "result.json": "the state where it begins, and the special points",
             RECORD: "every point of every branch",
             "points.csv": "the same as a table", "special.csv": "folds, branch points and events",
+            HTML: "the diagram to click on, with the strip's shape at every point: one file for any browser",
             SHAPES: "centrelines (points, 101, 3) in l, in the order of branches.json",
         },
     ).write(out, {

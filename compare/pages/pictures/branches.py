@@ -18,12 +18,10 @@ _FLAT = 1e-3
 
 def ordinate(diagram: Diagram) -> tuple[str, str, int]:
     """What stands on the vertical axis, in words, and which component of "end" or "middle" it is: the one that ranges
-    most, without the one that is moved itself."""
+    most beside the line through its points over the parameter, which tells branches apart."""
     best, range_of = ("middle", 0), 0.0
     for name in ("middle", "end"):
         for component in range(3):
-            if diagram.along.key.startswith(f"clamp.{name}.position"):
-                continue
             spread = diagram.spread(name, component)
             if spread > 1.05 * range_of:
                 best, range_of = (name, component), spread

@@ -26,8 +26,8 @@ _MUCH = 30
 def document(parts: Sequence[Part], views: Sequence[View | None], stills: Sequence[bytes | None]) -> str:
     """The report of the parts; views, stills: of each, None without surfaces."""
     title = escape(report_title(parts))
-    style = _asset("report.css")
-    script = _script() if any(view is not None for view in views) else ""
+    style = asset("report.css")
+    running = script() if any(view is not None for view in views) else ""
     several = len(parts) > 1
     sections = [
         _section(part, view, still, number if several else 0)
@@ -38,7 +38,7 @@ def document(parts: Sequence[Part], views: Sequence[View | None], stills: Sequen
         '<html lang="en">',
         "<head>",
         '<meta charset="utf-8">',
-        f'<meta http-equiv="Content-Security-Policy" content="{_policy(style, script)}">',
+        f'<meta http-equiv="Content-Security-Policy" content="{policy(style, running)}">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         '<link rel="icon" href="data:,">',
         f"<title>{title}</title>",
@@ -50,7 +50,7 @@ def document(parts: Sequence[Part], views: Sequence[View | None], stills: Sequen
         "<main>",
         *sections,
         "</main>",
-        *([f"<script>{script}</script>"] if script else []),
+        *([f"<script>{running}</script>"] if running else []),
         "</body>",
         "</html>",
         "",
@@ -58,17 +58,18 @@ def document(parts: Sequence[Part], views: Sequence[View | None], stills: Sequen
     return "\n".join(lines)
 
 
-def _script() -> str:
-    """The viewer: its files one after another within a function."""
-    parts = "".join(_asset(name) for name in SCRIPTS)
-    return f'(function () {{\n"use strict";\n{parts}}})();\n'
+def script(own: str = "") -> str:
+    """The viewer: its files one after another within a function, and a page's own part behind them."""
+    parts = "".join(asset(name) for name in SCRIPTS)
+    return f'(function () {{\n"use strict";\n{parts}{own}}})();\n'
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """The text of a file of the viewer."""
     return files("compare.pages.report").joinpath("viewer", name).read_text(encoding="utf-8")
 
 
-def _policy(style: str, script: str) -> str:
+def policy(style: str, script: str) -> str:
     """Nothing but this file's own style and script, known by their digests, and pictures within it."""
 
     def digest(text: str) -> str:
@@ -113,7 +114,7 @@ def _section(part: Part, view: View | None, still: bytes | None, number: int) ->
     if page.sentences:
         lines += ['<ul class="verdict">', *(f"<li>{escape(sentence)}</li>" for sentence in page.sentences), "</ul>"]
     for table in page.tables:
-        lines += [f"<{level}>{escape(table.title)}</{level}>", _tables(table)]
+        lines += [f"<{level}>{escape(table.title)}</{level}>", table_html(table)]
     if view is not None and still is not None:
         lines += [f"<{level}>Surfaces</{level}>", _view(page, view, still)]
     if page.pictures:
@@ -143,7 +144,7 @@ def _image(content: bytes, alt: str) -> str:
     return f'<img alt="{escape(alt)}" width="{max(1, width // 2)}" src="{source}">'
 
 
-def _tables(table: Table) -> str:
+def table_html(table: Table) -> str:
     """The main columns of a table, what all rows have in common, and to fold out all columns, in parts that are no
     wider than the main table: readable on a phone and on paper."""
     short, common = main_table(table)

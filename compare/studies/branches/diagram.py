@@ -114,6 +114,11 @@ class Diagram:
         return not self.unsettled and all(branch.ended in ("range", "closed") for branch in self.branches)
 
     def spread(self, name: str, component: int) -> float:
-        """How far a component of "end" or "middle" ranges over all points."""
-        values = [getattr(point, name)[component] for branch in self.branches for point in branch.points]
-        return max(values) - min(values) if values else math.nan
+        """How far a component of "end" or "middle" ranges over all points beside what is linear in the parameter."""
+        points = [point for branch in self.branches for point in branch.points]
+        if not points:
+            return math.nan
+        values = np.array([getattr(point, name)[component] for point in points])
+        line = np.column_stack([np.ones(len(points)), [point.t for point in points]])
+        left = values - line @ np.linalg.lstsq(line, values, rcond=None)[0]
+        return float(left.max() - left.min())
