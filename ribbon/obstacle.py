@@ -36,7 +36,7 @@ class Obstacle:
     Parameters
     ----------
     kind:
-        "cylinder", which has no ends, or "sphere".
+        "cylinder", which has no ends, or "sphere"; others: `ribbon.solid`.
     point:
         a point (3,) of the cylinder's axis, or the sphere's centre, in the strip's unit of length.
     radius:
@@ -47,7 +47,7 @@ class Obstacle:
         whether the ribbon is inside.
     """
 
-    kind: Literal["cylinder", "sphere"]
+    kind: Literal["cylinder", "sphere", "box", "edge", "face"]
     point: ArrayLike
     radius: float
     axis: ArrayLike | None = None

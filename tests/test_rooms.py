@@ -24,7 +24,7 @@ LEVELS = (
     ("ribbon.result", "ribbon.solvers"),
     ("ribbon.analysis", "ribbon.problems"),
     ("ribbon.surface",),
-    ("ribbon.element", "ribbon.sections"),
+    ("ribbon.element", "ribbon.sections", "ribbon.solid"),
     ("ribbon.energies", "ribbon.contact", "ribbon.loads", "ribbon.units"),
     ("ribbon.obstacle",),
     ("ribbon.strip", "ribbon.boundary", "ribbon.shown"),

@@ -46,7 +46,9 @@ HALF_TURNS = inside("closure", "half_turns")
 CLOSURE = CLOSED | inside("closure", "ruling", "twist")
 WALLS = inside("wall", "point", "normal", "stiffness", "name")
 CONTACT = inside("contact", "itself", "distance")
-OBSTACLES = inside("obstacle", "kind", "point", "radius", "axis", "inside", "name")
+OBSTACLES = inside(
+    "obstacle", "kind", "point", "radius", "axis", "normal", "size", "angle", "rounding", "inside", "name"
+)
 #: Whatever says how rulings stand.
 RULINGS = CLAMP_RULINGS | inside("closure", "ruling") | inside("seed", "ruling")
 

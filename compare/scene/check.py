@@ -13,6 +13,7 @@ import numpy as np
 
 from compare import registry
 from compare.scene.data import SceneData, frame_of, unit
+from compare.scene.inputs import bodies
 from compare.scene.spec import ClampSpec, ObstacleSpec, WallSpec
 from compare.scene.table import UNIT_TOLERANCE, show
 from ribbonbench import statics
@@ -246,6 +247,8 @@ def _check_clamp_and_walls(scene: SceneData, name: str, clamp: ClampSpec | None)
 
 def _check_clamp_and_obstacles(scene: SceneData, name: str, clamp: ClampSpec | None) -> None:
     """No obstacle goes through a held point or, with the frame held, through the edge across it."""
+    for index, obstacle in enumerate(scene.obstacles):
+        bodies.check_rounding(obstacle_name(index, obstacle), obstacle, scene.strip.length)
     if clamp is None or clamp.position is None:
         return
     frame = frame_of(clamp)
@@ -253,26 +256,21 @@ def _check_clamp_and_obstacles(scene: SceneData, name: str, clamp: ClampSpec | N
     middle = np.array(clamp.position)
     across = np.zeros(1) if frame is None else np.linspace(-1.0, 1.0, ACROSS)
     points = middle if frame is None else middle + half * across[:, None] * frame[:, 0]
-    for index, (obstacle, axis) in enumerate(zip(scene.obstacles, scene.obstacle_axes, strict=True)):
-        sign = -1.0 if obstacle.inside else 1.0
-        apart = np.atleast_2d(points) - np.array(obstacle.point)
-        if axis is not None:
-            apart = apart - np.outer(apart @ axis, axis)
-        distance = np.linalg.norm(apart, axis=1)
-        gaps = sign * (distance - obstacle.radius)
-        at = int(np.argmin(gaps))
+    for index, obstacle in enumerate(scene.obstacles):
         key = obstacle_name(index, obstacle)
+        gaps, normals = bodies.Body.of(obstacle, length).facing(np.atleast_2d(points))
+        at = int(np.argmin(gaps))
         if gaps[at] < -statics.BEHIND_WALL * length:
             side = "outside" if obstacle.inside else "inside"
             part = "the held point" if across[at] == 0.0 else "the held edge"
             raise BadInput(
                 f"{name}.position", list(clamp.position),
                 f"is {side} {key}: {part} stands {-gaps[at]:.6g} {'beyond its' if obstacle.inside else 'below its'} "
-                "surface", f"move it, or change {key}.point or {key}.radius"
+                "surface", f"move it, or change {key}.point or {key}.{bodies.SIZE[obstacle.kind]}"
                 + ("" if obstacle.inside else f" (inside = true keeps the strip in {key})"),
             )  # fmt: skip
         if frame is not None and gaps[at] <= ON_WALL * length:
-            into = float(frame[:, 2] @ apart[at]) / distance[at] * sign * (1.0 if name == "clamp.start" else -1.0)
+            into = float(frame[:, 2] @ normals[at]) * (1.0 if name == "clamp.start" else -1.0)
             if into < -INTO_WALL:
                 raise BadInput(
                     f"{name}.tangent", list(frame[:, 2]),
@@ -299,7 +297,7 @@ def _check_support(scene: SceneData) -> None:
         return
     remedy = "add [clamp.start] with a position, or a [[wall]] whose normal is gravity.up"
     value = list(scene.gravity.up)
-    normals = [*scene.wall_normals, *_round_normals(scene)]
+    normals = [*scene.wall_normals, *(way for body in scene.bodies for way in bodies.directions(body))]
     if not any(normal @ up > UNIT_TOLERANCE for normal in normals):
         raise BadInput("gravity.up", value, "makes the strip fall for ever: no clamp and no wall holds it", remedy)
     if not statics.is_carried(normals, up):
@@ -310,15 +308,6 @@ def _check_support(scene: SceneData) -> None:
             "their normals",
             f"{remedy}, or a second wall for it to lean on",
         )
-
-
-def _round_normals(scene: SceneData) -> list[np.ndarray]:
-    """Unit vectors whose sums, none of them negative, are all directions in which the obstacles push."""
-    found = []
-    for axis in scene.obstacle_axes:
-        basis = np.eye(3) if axis is None else np.linalg.svd(np.eye(3) - np.outer(axis, axis))[0].T[:2]
-        found += [*basis, *-basis]
-    return found
 
 
 def _check_formulation(scene: SceneData) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.scene.inputs import law
+from compare.scene.inputs.bodies import Body
 from compare.scene.loads import force_scale, gamma_of, load_of
 from compare.scene.spec import (
     ClampSpec,
@@ -284,6 +285,11 @@ class SceneData(Sections):
     def obstacle_axes(self) -> tuple[NDArray[np.float64] | None, ...]:
         """Unit vectors along the axes of the obstacles, normalised to rounding; None: a sphere."""
         return tuple(None if one.axis is None else unit(one.axis) for one in self.obstacles)
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """The obstacles as geometry, lengths in l."""
+        return tuple(Body.of(one, self.strip.length).scaled(self.strip.length) for one in self.obstacles)
 
     @property
     def seed_curvature(self) -> tuple[float, ...]:

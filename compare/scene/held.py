@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 from compare.scene import keys as contract
+from compare.scene.inputs import bodies
 from compare.scene.spec import ClampSpec, ClosureSpec, ObstacleSpec, Vector, WallSpec
 from compare.scene.table import UNIT_TOLERANCE, Table, missing, reject_unknown, show
 from ribbonbench.errors import BadInput
@@ -132,11 +133,7 @@ def read_obstacles(data: Any, walls: Sequence[WallSpec]) -> tuple[ObstacleSpec, 
     for index, entry in enumerate(data):
         table = _numbered(entry, "obstacle", index)
         obstacle = table.read(ObstacleSpec)
-        if obstacle.kind == "sphere" and obstacle.axis is not None:
-            raise table.bad("axis", 'is given for kind = "sphere", which has none', "remove it")
-        if obstacle.kind == "cylinder" and obstacle.axis is None:
-            raise BadInput(f"obstacle.{index}.axis", None, "is missing: a cylinder needs the direction of its axis",
-                           "give a unit vector, e.g. axis = [1.0, 0.0, 0.0]")  # fmt: skip
+        bodies.check_keys(f"obstacle.{index}", obstacle)
         names = [other.name for other in walls] + [other.name for other in obstacles]
         _check_name("obstacle", index, obstacle.name, names, 'name = "tube"')
         obstacles.append(obstacle)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from compare.scene.check import obstacle_name, wall_name
 from compare.scene.data import unit
+from compare.scene.inputs.bodies import Body
 from compare.scene.scene import Scene
 from ribbonbench.errors import BadInput
 
@@ -209,6 +210,7 @@ def _frame(
     other: NDArray[np.float64] | None,
     moves: list[Move],
     switched: list[str],
+    keys: tuple[str, str] = ("tangent", "normal"),
 ) -> None:
     """The held frames, 3x3 with columns t_x, t_y, t_z, by the shortest rotation; held in one scene only: a switch."""
     if one is None or other is None:
@@ -223,15 +225,15 @@ def _frame(
         return
     if math.pi - angle < HALF_TURN:
         raise BadInput(
-            f"{section}.tangent",
+            f"{section}.{keys[0]}",
             other[:, 2].tolist(),
             "makes, with the normal, a half turn from the frame before: there is no shortest way round",
-            f'{REMEDY}, e.g. a quarter turn with "{section}.tangent" and "{section}.normal"',
+            f'{REMEDY}, e.g. a quarter turn with "{section}.{keys[0]}" and "{section}.{keys[1]}"',
         )
 
     def move(t: float) -> dict[str, Any]:
         frame = one @ Rotation.from_rotvec(t * turn).as_matrix()
-        return {f"{section}.tangent": frame[:, 2], f"{section}.normal": frame[:, 1]}
+        return {f"{section}.{keys[0]}": frame[:, 2], f"{section}.{keys[1]}": frame[:, 1]}
 
     moves.append(move)
 
@@ -269,6 +271,13 @@ def _walls(first: Scene, last: Scene, moves: list[Move], switched: list[str]) ->
         _direction(f"{section}.normal", *pair, moves)
 
 
+def _frame_of(body: Body) -> NDArray[np.float64]:
+    """A box's or an edge's frame (3, 3), its columns axis x normal turned back, normal and axis as a clamp has them."""
+    assert body.axis is not None
+    assert body.normal is not None
+    return np.column_stack([np.cross(body.normal, body.axis), body.normal, body.axis])
+
+
 def _obstacles(first: Scene, last: Scene, moves: list[Move], switched: list[str]) -> None:
     kinds = [[(one.kind, one.inside) for one in scene.obstacles] for scene in (first, last)]
     if kinds[0] != kinds[1]:
@@ -276,8 +285,20 @@ def _obstacles(first: Scene, last: Scene, moves: list[Move], switched: list[str]
         return
     for index, (one, other) in enumerate(zip(first.obstacles, last.obstacles, strict=True)):
         section = obstacle_name(index, other)
-        before, after = ({"point": list(each.point), "radius": each.radius} for each in (one, other))
+        before, after = (
+            {
+                "point": list(each.point),
+                "radius": each.radius,
+                "size": None if each.size is None else list(each.size),
+                "angle": each.angle,
+                "rounding": each.rounding,
+            }
+            for each in (one, other)
+        )
         _numbers(section, before, after, moves, switched)
         axis, turned = first.obstacle_axes[index], last.obstacle_axes[index]
-        if axis is not None and turned is not None:
+        body, moved = first.bodies[index], last.bodies[index]
+        if body.normal is not None and moved.normal is not None:
+            _frame(section, *(_frame_of(each) for each in (body, moved)), moves, switched, ("axis", "normal"))
+        elif axis is not None and turned is not None:
             _direction(f"{section}.axis", axis, turned, moves)

@@ -383,22 +383,41 @@ class ContactSpec:
 
 @dataclass(frozen=True)
 class ObstacleSpec:
-    """A round obstacle without friction: a cylinder without ends or a sphere; the strip stays outside it, or inside."""
+    """An obstacle without friction: a cylinder without ends, a sphere, a box, or a half space with an edge; the strip
+    stays outside it, or inside. Which keys go with which kind: `compare.scene.inputs.bodies`."""
 
     kind: str = key(
         Kind.CHOICE, "what the obstacle is", example='"cylinder"',
-        choices={"cylinder": "without ends", "sphere": ""}, newer=True
+        choices={"cylinder": "without ends", "sphere": "", "box": "", "edge": "the wedge between two faces"}, newer=True
     )
     point: Vector = key(
-        Kind.VECTOR, "a point of a cylinder's axis, a sphere's centre", LENGTH, example="[0.0, -0.1, 0.5]", newer=True,
-        known="-1e6 <= x / l <= 1e6"
+        Kind.VECTOR, "a point of a cylinder's axis or of an edge, a sphere's or a box's centre", LENGTH,
+        example="[0.0, -0.1, 0.5]", newer=True, known="-1e6 <= x / l <= 1e6"
     )
-    radius: float = key(
-        Kind.NUMBER, "radius", LENGTH, "> 0", "0.1", newer=True, known="1e-4 <= R / l <= 1e6"
+    radius: float | None = key(
+        Kind.NUMBER, "radius of a cylinder or a sphere", LENGTH, "> 0", "0.1", default=None, newer=True,
+        absent="a box and an edge have none", known="1e-4 <= R / l <= 1e6"
     )
     axis: Vector | None = key(
-        Kind.DIRECTION, "unit vector along a cylinder's axis", NONE, example="[1.0, 0.0, 0.0]", default=None,
-        newer=True, absent="a sphere has none"
+        Kind.DIRECTION, "unit vector along a cylinder's axis, an edge, a box's first size", NONE,
+        example="[1.0, 0.0, 0.0]", default=None, newer=True, absent="a sphere has none"
+    )
+    normal: Vector | None = key(
+        Kind.DIRECTION, "unit vector across the axis: along a box's second size, out of an edge's first face", NONE,
+        example="[0.0, 1.0, 0.0]", default=None, newer=True, absent="a cylinder and a sphere have none",
+        note="an edge's second face looks along the normal turned about the axis by 180 degrees less the angle"
+    )
+    size: Vector | None = key(
+        Kind.VECTOR, "sizes of a box along axis, normal and axis x normal, each > 0", LENGTH,
+        example="[0.4, 0.2, 0.1]", default=None, newer=True, absent="others have none", known="1e-4 <= x / l <= 1e6"
+    )
+    angle: float | None = key(
+        Kind.NUMBER, "of the body at its edge", "degrees", "10 <= angle <= 170", "60.0", default=None, newer=True,
+        absent="90 of an edge; others have none"
+    )
+    rounding: float | None = key(
+        Kind.NUMBER, "radius of the edges and corners of a box or an edge, seen from outside", LENGTH, "> 0", "5e-4",
+        default=None, newer=True, absent="length / 1000; inside they are sharp", known="1e-5 <= r / l <= 1e6"
     )
     inside: bool = key(
         Kind.TRUTH, "whether the strip is inside it and cannot leave", example="true", default=False, newer=True

@@ -113,11 +113,9 @@ def _pushes(scene: Scene, state: State) -> list[Push]:
     walls = state.supports.walls
     points = [np.asarray(wall["points"], dtype=float).reshape(-1, 3) for wall in walls]
     normals = list(scene.wall_normals)
-    for obstacle, axis, where in zip(scene.obstacles, scene.obstacle_axes, points[len(normals) :], strict=True):
-        apart = where - np.array(obstacle.point) / scene.strip.length
-        if axis is not None:
-            apart = apart - np.outer(apart @ axis, axis)
-        normals.append((-1.0 if obstacle.inside else 1.0) * apart / np.linalg.norm(apart, axis=1, keepdims=True))
+    for number, body in enumerate(scene.bodies, start=len(normals)):
+        points[number], own = body.pushes(points[number])
+        normals.append(own)
     return [
         Push(normal, np.asarray(wall["force"], dtype=float), where)
         for wall, normal, where in zip(walls, normals, points, strict=True)

@@ -28,6 +28,7 @@ from ribbon.judge import penetration
 from ribbon.obstacle import Obstacle
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.touching import Touch
+from ribbon.solid import Face, Solid
 from ribbon.solvers import choose
 from ribbon.solvers.budget import spent
 from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum, kkt_residual
@@ -81,7 +82,11 @@ def bent_aside(problem: MixedProblem, omega: FloatArray, eta: FloatArray) -> lis
     across = problem.joints(x)[1][0][:, 1]
     first = problem.layout.positions(x)[0]
     aside = [
-        np.asarray(wall.normal) if isinstance(wall, Wall) else np.asarray(wall.point) / problem.strip.length - first
+        np.asarray(wall.normal)
+        if isinstance(wall, Wall)
+        else np.asarray(wall.axis)
+        if isinstance(wall, Face)
+        else np.asarray(wall.point) / problem.strip.length - first
         for wall in problem.walls
     ]
     if problem.gravity is not None and problem.has_gravity:
@@ -115,7 +120,7 @@ def held(
         depth = max((-distance for distance, _ in minima), default=0.0)
         if depth < least:
             best, least = (problem, minimum), depth
-        beyond = _beyond(problem, minima) if depth > penetration.TOLERANCE else ()
+        beyond = _beyond(problem, minimum.x, minima) if depth > penetration.TOLERANCE else ()
         if not beyond or spent():
             break
         fresh = problem.with_changes(touching=(*problem.touching, *beyond))  # those of old first, in their order
@@ -130,17 +135,21 @@ def held(
     return slid(*let_go(*best), options, progress)
 
 
-def _beyond(problem: MixedProblem, minima: list[tuple[float, Touch]]) -> tuple[Touch, ...]:
+def _beyond(problem: MixedProblem, x: FloatArray, minima: list[tuple[float, Touch]]) -> tuple[Touch, ...]:
     """Points to hold where the edges are deep behind walls (`penetration.minima`): between the two held points on
     either side.
 
     A strip that bends over a wall lies between two points at a depth that falls with the square of their distance: so
     many points are held at once that it falls to DEPTH, if MOST allow; of a round obstacle outside the deepest alone.
+    On the round edge of a body, which may be as thin as nothing beside a segment, the deepest slides from the start.
     """
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     starts[-1] = 1.0
     touches: set[Touch] = set()
     for distance, touch in minima:
+        if isinstance(problem.walls[touch.wall], Solid) and penetration.bends(problem, x, touch):
+            touches |= _on_edge(problem, touch)
+            continue
         known = [t.s for t in problem.touching if t.wall == touch.wall and _line(t.side) == _line(touch.side)]
         places = np.union1d(starts, known)
         k = int(np.clip(np.searchsorted(places, touch.s, side="right") - 1, 0, places.size - 2))
@@ -155,6 +164,21 @@ def _beyond(problem: MixedProblem, minima: list[tuple[float, Touch]]) -> tuple[T
         inner[np.argmin(np.abs(inner - touch.s))] = touch.s
         touches |= {Touch(touch.wall, float(s), touch.side) for s in inner}
     return tuple(sorted(touches))
+
+
+def _on_edge(problem: MixedProblem, touch: Touch) -> set[Touch]:
+    """What is to slide on a body's round edge or corner: around a place, in segments where nothing slides there yet."""
+    starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    side = _line(touch.side)
+    sliding = {
+        problem.segment_at(t.s) for t in problem.touching if t.slides and (t.wall, _line(t.side)) == (touch.wall, side)
+    }
+    return {
+        Touch(touch.wall, float(np.clip(touch.s, starts[i] + _INSIDE * own, starts[i + 1] - _INSIDE * own)), side, True)
+        for i in _around(problem, touch.s)
+        for own in [problem.lengths[i]]
+        if i not in sliding
+    }
 
 
 def _line(side: float) -> float:

@@ -20,6 +20,7 @@ from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.problems.transfer import merged, resample, transferred
+from ribbon.solid import Face
 from ribbon.solvers import budget, choose, cyipopt_api, newton_rows
 from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum
 
@@ -75,10 +76,10 @@ def placed(problem: Problem, omega: FloatArray, eta: FloatArray) -> FloatArray:
         assert isinstance(problem, MixedProblem)
         positions = problem.layout.positions(x)
         for wall in problem.walls:
-            if isinstance(wall, Obstacle):
+            if isinstance(wall, Obstacle) and not isinstance(wall, Face):
                 positions += _clear(wall.scaled(problem.strip.length), positions, problem.half_width)
                 continue
-            normal = np.asarray(wall.normal)
+            normal = np.asarray(wall.axis if isinstance(wall, Face) else wall.normal)
             depth = float(np.min((positions - np.asarray(wall.point) / problem.strip.length) @ normal))
             shift = max(0.0, problem.half_width - depth)
             positions += shift * normal

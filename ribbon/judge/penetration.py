@@ -59,6 +59,15 @@ def minima(problem: Problem, x: FloatArray, below: float = 0.0) -> list[tuple[fl
     return found
 
 
+def bends(problem: Problem, x: FloatArray, touch: Touch) -> bool:
+    """Whether an obstacle is round where a point of the strip is nearest to it, not flat."""
+    shape = _Edges(problem, x)
+    surface = shape.surfaces[touch.wall]
+    assert isinstance(surface, Obstacle)
+    r, ruling = shape.rulings(np.array([touch.s]))
+    return bool(np.any(surface.derivatives(r + touch.side * ruling)[2]))
+
+
 def deepest(problem: Problem, x: FloatArray) -> float | None:
     """How far (l) the strip reaches beyond a wall, 0 where it does not; None without walls, and where it has no shape.
 

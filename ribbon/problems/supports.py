@@ -22,6 +22,7 @@ from ribbon.problems.fields import Fields
 from ribbon.problems.itself.pairs import Pair, PairRows
 from ribbon.problems.layout import MixedLayout
 from ribbon.problems.touching import TouchRows
+from ribbon.solid import Face
 
 FloatArray = NDArray[np.float64]
 
@@ -137,8 +138,25 @@ def walls(problem: Mixed, x: FloatArray, rows: FloatArray) -> tuple[WallForce, .
             touching = touching[np.diff(touching, prepend=-1.0) > _ONE_PLACE]
         height = float(x[block.plate]) if block.plate >= 0 else None
         force, moment = (total * np.asarray(wall.normal), None) if isinstance(wall, Wall) else _round(blocks, x)
-        found.append(WallForce(force, touching, np.vstack(ends), height, *_lines(touching, s), moment))
+        exerted = WallForce(force, touching, np.vstack(ends), height, *_lines(touching, s), moment)
+        before = problem.walls[k - 1] if k else None
+        if isinstance(wall, Face) and isinstance(before, Face) and before.room == wall.room:
+            found[-1] = _together(found[-1], exerted, s)
+        else:
+            found.append(exerted)
     return tuple(found)
+
+
+def _together(one: WallForce, other: WallForce, joints: FloatArray) -> WallForce:
+    """What two planes of one room exert."""
+    assert one.moment is not None
+    assert other.moment is not None
+    touching = np.union1d(one.contacts, other.contacts)
+    touching = touching[np.diff(touching, prepend=-1.0) > _ONE_PLACE]
+    ends = np.vstack([one.ends, other.ends])
+    return WallForce(
+        one.force + other.force, touching, ends, None, *_lines(touching, joints), one.moment + other.moment
+    )
 
 
 def _round(blocks: list[tuple[Any, FloatArray]], x: FloatArray) -> tuple[FloatArray, FloatArray]:

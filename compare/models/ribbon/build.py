@@ -14,6 +14,7 @@ from ribbon.energies.names import FREE
 from ribbon.find.solve import Problem, build
 from ribbon.obstacle import Obstacle
 from ribbon.problems import formulation as _formulation
+from ribbon.solid import Solid
 from ribbon.solvers import choose
 
 #: The energy behind "auto", and beside an elastica: the one that is exact in the width (thesis, eq. 2.11).
@@ -98,10 +99,14 @@ def ribbon_walls(scene: Scene) -> tuple[Barrier, ...]:
 
 
 def _obstacles(scene: Scene) -> Iterator[Obstacle]:
-    length = scene.strip.length
-    for spec, axis in zip(scene.obstacles, scene.obstacle_axes, strict=True):
-        kind: Literal["cylinder", "sphere"] = "sphere" if spec.kind == "sphere" else "cylinder"
-        yield Obstacle(kind, np.array(spec.point) / length, spec.radius / length, axis, spec.inside)
+    for spec, body in zip(scene.obstacles, scene.bodies, strict=True):
+        if spec.kind == "box":
+            yield Solid("box", body.point, body.radius, body.axis, body.inside, body.normal, body.size)
+        elif spec.kind == "edge":
+            yield Solid("edge", body.point, body.radius, body.axis, body.inside, body.normal, None, body.angle)
+        else:
+            kind: Literal["cylinder", "sphere"] = "sphere" if spec.kind == "sphere" else "cylinder"
+            yield Obstacle(kind, body.point, body.radius, body.axis, body.inside)
 
 
 def ribbon_gravity(scene: Scene) -> Gravity | None:

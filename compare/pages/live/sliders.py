@@ -182,8 +182,13 @@ def _obstacles(scene: Scene) -> Iterator[Slider]:
         for axis, value in enumerate(one.point):
             key = f"obstacle.{number}.point.{axis}"
             yield _declared(scene, key, value - reach, value + reach, value, f"{name} {_AXES[axis]}")
-        least, most = one.radius / _MATERIAL, _MATERIAL * one.radius
-        yield _declared(scene, f"obstacle.{number}.radius", least, most, one.radius, f"{name} radius", log=True)
+        if one.radius is not None:
+            least, most = one.radius / _MATERIAL, _MATERIAL * one.radius
+            yield _declared(scene, f"obstacle.{number}.radius", least, most, one.radius, f"{name} radius", log=True)
+        for axis, value in enumerate(one.size or ()):
+            key = f"obstacle.{number}.size.{axis}"
+            least, most, label = value / _MATERIAL, _MATERIAL * value, f"{name} size {axis + 1}"
+            yield _declared(scene, key, least, most, value, label, log=True)
 
 
 def changed(scene: Scene, model: Model, values: Mapping[str, Any]) -> Scene:
@@ -241,7 +246,8 @@ def _listed(scene: Scene, section: str) -> tuple[float, ...]:
     if section.startswith("clamp."):
         return _clamp(scene, section).position or ()
     if section.startswith("obstacle."):
-        return scene.obstacles[int(section.split(".")[1])].point
+        _, number, key = section.split(".")
+        return tuple(getattr(scene.obstacles[int(number)], key))
     if section == "tip.force":
         return (scene.tip.force if scene.tip is not None else None) or ()
     return tuple(float(x) for x in scene.strip.natural_curvature)  # type: ignore[arg-type]

@@ -13,10 +13,11 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
 from compare.models.holds.planes import box, clipped
-from compare.models.holds.ribbon import ROUND, obstacles, round_grid, walls
+from compare.models.holds.ribbon import ROUND, obstacles, reach, round_grid, walls
 from compare.page.drawing import RIBBON_COLOUR, WALL_COLOUR, quads, save, screen_axes
 from compare.scene.units import Units
 from ribbon import Clamp, Equilibrium
+from ribbon.solid import Solid
 
 FloatArray = NDArray[np.float64]
 
@@ -78,6 +79,9 @@ def _side(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray 
             ends = clipped(point, normal, low, high) @ screen.T
             axes.plot(ends[:, 0], ends[:, 1], color=WALL_COLOUR, lw=2.5)
     for obstacle in obstacles(equilibrium):
+        if isinstance(obstacle, Solid):
+            _outline(axes, obstacle, screen, grid)
+            continue
         along = None if obstacle.axis is None else screen @ np.asarray(obstacle.axis)
         if along is None or float(np.linalg.norm(along)) < _EDGE_ON:
             turns = np.linspace(0.0, 2.0 * np.pi, ROUND)
@@ -93,6 +97,17 @@ def _side(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray 
             axes.plot(*np.column_stack([place, tip]), color=CLAMP_COLOUR, lw=1.5)
     axes.set_aspect("equal", adjustable="datalim")
     axes.grid(True, lw=0.3, alpha=0.6)
+
+
+def _outline(axes: Any, body: Solid, screen: FloatArray, grid: FloatArray) -> None:
+    """The edges of a box, or what is seen of an edge along its axis."""
+    end_on = float(np.linalg.norm(screen @ body.frame[0])) < _EDGE_ON
+    if body.kind == "edge" and not end_on:
+        return
+    points = grid.reshape(-1, 3)
+    net = round_grid(body, points.min(axis=0), points.max(axis=0)) @ screen.T
+    for line in [net[:, 0]] if body.kind == "edge" else [*net, *np.moveaxis(net[1:3], 1, 0)]:
+        axes.plot(line[:, 0], line[:, 1], color=WALL_COLOUR, lw=1.5)
 
 
 def _space(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray | None) -> None:
@@ -120,7 +135,7 @@ def _space(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray
         faces = Poly3DCollection(quads(net), facecolors=(*_rgb(WALL_COLOUR), 0.12), edgecolors="none")
         axes.add_collection3d(faces)
         near = net.reshape(-1, 3)
-        if obstacle.radius <= _SHOWN * extent:  # of a larger one what is beside the strip is seen
+        if reach(obstacle) <= _SHOWN * extent:  # of a larger one what is beside the strip is seen
             low, high = np.minimum(low, near.min(axis=0)), np.maximum(high, near.max(axis=0))
     height = np.radians(_HEIGHT_CLOSED if closed and up is None else _HEIGHT)
     turned = np.radians(_TURN)

@@ -13,6 +13,7 @@ from ribbon.errors import RibbonInputError
 from ribbon.find.solving.request import Request
 from ribbon.obstacle import Obstacle
 from ribbon.problems.protocol import Problem
+from ribbon.solid import Face, Solid
 from ribbon.strip import check_known, known
 from ribbonbench import statics
 
@@ -30,7 +31,10 @@ def numbers(request: Request) -> None:
             known(key, clamp.position, np.asarray(clamp.position) / strip.length)
     for wall in request.walls:
         known("wall.point", wall.point, np.asarray(wall.point) / strip.length)
-        if isinstance(wall, Obstacle):
+        if isinstance(wall, Solid):
+            known("rounding", wall.radius, [wall.radius / strip.length])
+            known("size", wall.size, np.asarray(() if wall.size is None else wall.size) / strip.length)
+        elif isinstance(wall, Obstacle) and not isinstance(wall, Face):
             known("radius", wall.radius, [wall.radius / strip.length])
         elif wall.stiffness is not None:
             known("wall.stiffness", wall.stiffness, [wall.stiffness])

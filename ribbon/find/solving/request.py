@@ -14,6 +14,7 @@ from ribbon.loads import Gravity, tip_force
 from ribbon.problems.chained import segment_lengths
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
+from ribbon.solid import in_planes
 from ribbon.solvers.problem import FloatArray
 from ribbon.strip import Strip
 
@@ -112,7 +113,7 @@ class Request:
             start=clamp,
             end=end,
             closure=closure,
-            walls=tuple(walls),
+            walls=in_planes(walls),
             gravity=gravity,
             tip=tip_force(tip),
             energy=energy,

@@ -136,8 +136,8 @@ APART = {
     "contact.distance": "test_contact_itself",
     "path.steps": "how a path is cut (test_way)", "wall.name": "a name", "wall.point": "test_the_wall",
     "wall.normal": "test_the_wall", "wall.stiffness": "test_the_wall", "shell.contact": "test_the_wall",
-    "obstacle.name": "a name", **{f"obstacle.{key}": "test_the_obstacle" for key in ("kind", "point", "radius", "axis",
-                                                                                    "inside")},
+    "obstacle.name": "a name", **{f"obstacle.{key}": "test_the_obstacle" for key in (
+        "kind", "point", "radius", "axis", "inside", "normal", "size", "angle", "rounding")},
     **{key: "how sure an input is (test_inputs)" for key in KEYS if key.startswith("uncertainty.")},
 }  # fmt: skip
 
@@ -225,6 +225,19 @@ def test_the_obstacle(key, value):
     for model in ("elastica", "shell"):
         with pytest.raises(BadInput):
             check_keys(registry.model(model), changed)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("normal", [-0.8, 0.0, 0.6]), ("size", [0.5, 0.6, 0.5]), ("angle", 60.0), ("rounding", 0.02), ("inside", True)],
+)
+def test_a_body(key, value):
+    """The same of boxes and edges."""
+    body: dict[str, Any] = {"point": [1.2, 0.0, -0.4], "axis": [0.0, 1.0, 0.0], "normal": [-1.0, 0.0, 0.0]}
+    body |= {"kind": "box", "size": [0.4, 0.4, 0.4]} if key == "size" else {"kind": "edge"}
+    bar = loads(held_scenes.FLOOR, "floor").replace({"wall": [], "obstacle": [body]})
+    changes = {f"obstacle.0.{key}": value} | ({"obstacle.0.point": [-9.0, 0.0, 9.0]} if key == "inside" else {})
+    assert answer(bar, "ribbon") != answer(bar.replace(changes), "ribbon")
 
 
 def test_a_key_that_no_one_reads_is_refused_by_name():

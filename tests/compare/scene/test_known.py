@@ -79,6 +79,7 @@ def test_scenes_and_strips_made_in_python_have_the_same_ranges():
     pairs = {
         "width": "strip.width", "thickness": "strip.thickness", "natural_curvature": "strip.natural_curvature",
         "gamma": "strip.gamma", "position": "clamp.end.position", "point": "wall.point", "radius": "obstacle.radius",
+            "rounding": "obstacle.rounding", "size": "obstacle.size",
         "stiffness": "wall.stiffness", "natural_twist": "strip.natural_twist",
         "natural_geodesic_curvature": "strip.natural_geodesic_curvature", "turns": "closure.turns", "tip": "tip.force",
         "seed_curvature": "seed.curvature", "seed_ruling": "seed.ruling", "segments": "model.element_lengths",

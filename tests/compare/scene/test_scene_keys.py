@@ -33,6 +33,9 @@ ROD = PLANAR | {"strip.gamma": None, "strip.young": "1e7", "strip.second_moment"
 FREE_START = {"clamp.start.tangent": None, "clamp.start.normal": None}
 WALL = {"point": "[0.0, 0.0, 0.0]", "normal": "[0.0, 1.0, 0.0]"}
 BAR = {"kind": '"cylinder"', "point": "[0.0, -0.3, 0.5]", "radius": "0.1", "axis": "[1.0, 0.0, 0.0]"}
+EDGE = {"kind": '"edge"', "point": "[0.0, -0.3, 0.5]", "axis": "[1.0, 0.0, 0.0]", "normal": "[0.0, 1.0, 0.0]"}
+BOX = {**EDGE, "kind": '"box"', "size": "[0.4, 0.2, 0.1]"}
+BODIES = {"normal": EDGE, "angle": EDGE, "rounding": EDGE, "size": BOX}
 ROOM = {"point": "[0.0, 0.0, 0.0]", "radius": "10.0"}
 
 HOMES: dict[str, dict[str, str | None]] = {
@@ -68,7 +71,8 @@ def written(key: str, value: str) -> str:
         lines = [f"{entry} = {raw}" for entry, raw in {**WALL, name: value}.items()]
         return text(LEVEL, extra="\n".join(["[[wall]]", *lines]))
     if section == "obstacle":
-        entries = {**BAR, **(ROOM if name == "inside" else {}), name: value}
+        bodies = {'"box"': BOX, '"edge"': EDGE} if name == "kind" else {}
+        entries = {**bodies.get(value, BODIES.get(name, BAR)), **(ROOM if name == "inside" else {}), name: value}
         lines = [f"{key} = {raw}" for key, raw in entries.items() if key != "axis" or entries["kind"] != '"sphere"']
         return text(LEVEL, extra="\n".join(["[[obstacle]]", *lines]))
     if section == "path":
@@ -132,6 +136,9 @@ def test_set_reaches_every_key(key):
     elif key.startswith("obstacle."):
         assigned, scene = key.replace("obstacle.", "obstacle.0."), loads(written("obstacle.radius", BAR["radius"]))
         scene = loads(written("obstacle.inside", "true")) if key == "obstacle.inside" else scene
+        body = BODIES.get(key.removeprefix("obstacle."))
+        scene = loads(written("obstacle.normal", body["normal"])) if body is EDGE else scene
+        scene = loads(written("obstacle.size", body["size"])) if body is BOX else scene
     else:
         assigned, scene = key, loads(text(home(key)))
     name, value = parse_assignment(f"{assigned} = {raw}")
@@ -157,6 +164,7 @@ def test_an_absent_key_is_read_as_its_default():
     scenes = [loads(text(LEVEL)), loads(text(LEVEL, END)), loads(text(LEVEL, {"closure.kind": '"circle"'}))]
     scenes += [loads(written("wall.point", WALL["point"])), loads(text(LEVEL, PLANAR, {"tip.load": "1.0"}))]
     scenes += [loads(written("obstacle.radius", BAR["radius"])), loads(written("obstacle.kind", '"sphere"'))]
+    scenes += [loads(written("obstacle.normal", EDGE["normal"]))]
     scenes += [loads(text(LEVEL, {"rod.torsion": "1.0"})), loads(text(LEVEL, {"rod.stretch": "1.0"}))]
     scenes += [loads(text(LEVEL, {"contact.distance": "1e-3"}))]
     scenes += [loads(text(LEVEL, {"contact.itself": "true", "strip.thickness": "3e-4"}))]
