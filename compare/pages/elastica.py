@@ -98,11 +98,32 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
         ("status", message(state)),
         *(place if state.is_equilibrium else []),
         *load,
+        *(_touched(state, units) if state.is_equilibrium else []),
         ("residual", f"{state.residual:.1e} after {state.iterations} iterations"),
         ("began at", BEGAN[state.start]),
         ("discretisation error", "unknown" if state.error is None else wording.length(units, state.error)),
         ("time", spent(state.seconds)),
     ]
+
+
+def _touched(state: State, units: Units) -> list[tuple[str, str]]:
+    """What touches what, and with which force."""
+    r, found = state.native, []
+    own = [touch for touch in r.touches if touch.barrier is None]
+    if r.problem.apart is not None:
+        text = "nowhere"
+        if own:
+            most = max(own, key=lambda touch: touch.push)
+            pushes = wording.force(np.array([sum(touch.push for touch in own)]), units)
+            where = f"s = {units.text(most.s, 'l', 4)} and {units.text(most.other, 'l', 4)}"
+            text = f"at {len(own)} pair{'s' * (len(own) > 1)} of places, {pushes} in all, most at {where}"
+        found.append(("touches itself", text))
+    for wall in state.supports.walls:
+        text = f"{wording.force(wall['force'], units)}; {len(wall['points'])} points in contact"
+        found.append((f"force of obstacle {wall['name']}", text))
+    if r.through is not None:
+        found.append(("nearer than it may be", f"at most {wording.length(units, r.through)}, anywhere along the strip"))
+    return found
 
 
 PRESENTER = Presenter(rows=rows, sentences=sentences, write=write, explained=explained, no_surface=no_surface)

@@ -24,7 +24,7 @@ def nonplanar_reason(scene: SceneData) -> str | None:
     if scene.closure is not None:
         return f'[closure] kind = "{scene.closure.kind}" closes the strip, and the elastica has two ends'
     if scene.walls:
-        return "[[wall]] confines the strip, and the elastica knows no contact"
+        return "[[wall]] confines the strip, and the elastica knows no planes"
     if scene.rod is not None or (scene.tip is not None and scene.tip.moment is not None):
         return "[rod] or tip.moment is for rods in space, which the elastica does not know"
     if scene.strip.transverse_curvature:
@@ -37,6 +37,11 @@ def nonplanar_reason(scene: SceneData) -> str | None:
     frame, position = scene.start_frame, scene.start_position
     if frame is None or position is None:
         return "the frame or the position at s = 0 is free, and the elastica is clamped there"
+    for name, axis in zip(scene.barrier_names[len(scene.walls) :], scene.obstacle_axes, strict=True):
+        if axis is None:
+            return f"obstacle {name} is a sphere, which is no circle across the plane"
+        if float(np.linalg.norm(axis - (axis @ frame[:, 0]) * frame[:, 0])) > PLANAR_TOLERANCE:
+            return f"the axis of obstacle {name} does not go straight through the plane, along {_axis(frame[:, 0])}"
     found = _load_out_of_plane(scene, frame)
     return found if found is not None else _end_out_of_plane(scene, frame, position)
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shellref import law
+from shellref.elastica.contact.barrier import Barrier
 from shellref.law import Law
 
 Array = NDArray[np.float64]
@@ -41,6 +42,8 @@ class ElasticaProblem:
     start_angle, end_angle : theta at s = 0 and s = 1, in radians; None: free to turn.
     end : point (2,) that holds s = 1, in l; None: free.
     slide : direction (2,) in which the end may still move through `end`; None: not at all.
+    apart : distance in l, >= 0, that parts facing each other keep; None: they may pass through each other.
+    barriers : lines and circles that the strip cannot cross.
 
     Raises ValueError, naming the field, for anything else. When theta(0) is free the end must be held: the strip would
     turn about s = 0 without resistance.
@@ -54,6 +57,8 @@ class ElasticaProblem:
     end_angle: float | None = None
     end: Pair | None = None
     slide: Pair | None = None
+    apart: float | None = None
+    barriers: tuple[Barrier, ...] = ()
 
     def __post_init__(self) -> None:
         why = law.fault(self.curvature)
@@ -73,7 +78,14 @@ class ElasticaProblem:
             raise ValueError(f"gamma = {self.gamma}: must not be negative; turn `up` instead")
         if abs(math.hypot(*self.up) - 1.0) > 1e-9:
             raise ValueError(f"up = {self.up}: is not a unit vector")
+        if self.apart is not None and not 0.0 <= self.apart < 0.5:
+            raise ValueError(f"apart = {self.apart}: must be from 0 to below 0.5")
         self._check_ends()
+
+    @property
+    def touching(self) -> bool:
+        """Whether there is anything that the strip may touch."""
+        return self.apart is not None or bool(self.barriers)
 
     def _check_ends(self) -> None:
         if self.slide is not None:
@@ -165,6 +177,8 @@ class LoadPath:
             ends = getattr(self.first, name), getattr(self.last, name)
             if (ends[0] is None) != (ends[1] is None) or (name == "slide" and ends[0] != ends[1]):
                 raise ValueError(f"{name} = {ends[0]}, then {ends[1]}: a way cannot change how the strip is held")
+        if self.first.apart != self.last.apart or len(self.first.barriers) != len(self.last.barriers):
+            raise ValueError("apart, barriers: a way cannot change what the strip may touch")
 
     def at(self, t: float) -> ElasticaProblem:
         """The problem at the parameter t."""
@@ -187,6 +201,7 @@ class LoadPath:
             start_angle=angle(a.start_angle, b.start_angle),
             end_angle=angle(a.end_angle, b.end_angle),
             end=None if a.end is None or b.end is None else mix(a.end, b.end),
+            barriers=tuple(one.between(other, t) for one, other in zip(a.barriers, b.barriers, strict=True)),
         )
 
 

@@ -26,6 +26,26 @@ class ElasticaStatus(StrEnum):
 
 
 @dataclass(frozen=True)
+class Touch:
+    """A place s that touches: another place (`other`, and `barrier` None) or the barrier of a number (`other` None).
+
+    force (2,): on the place s, D w / l^2 (the opposite on the other place); gap: what is left, l; place (2,): of s.
+    """
+
+    s: float
+    other: float | None
+    barrier: int | None
+    force: tuple[float, float]
+    gap: float
+    place: tuple[float, float]
+
+    @property
+    def push(self) -> float:
+        """Size of the force, D w / l^2."""
+        return float(np.hypot(*self.force))
+
+
+@dataclass(frozen=True)
 class ElasticaResult:
     """An equilibrium (or the last one found) with what is needed to judge it.
 
@@ -40,6 +60,8 @@ class ElasticaResult:
     limits : limit points that arc length passed; switches : bifurcations where the path went over to another branch.
     error : largest distance between this centreline and that of the halved elements, in l; None when not asked for.
     seconds : wall time, the error estimate not included.
+    touches : where the strip touches what it may touch. through : how far (l) any place is nearer than it may be; None
+    where there is nothing to touch.
     """
 
     problem: ElasticaProblem
@@ -66,6 +88,8 @@ class ElasticaResult:
     hermite: bool
     _discrete: Discretisation = field(repr=False, compare=False)
     _coefficients: Array = field(repr=False, compare=False)
+    touches: tuple[Touch, ...] = ()
+    through: float | None = None
 
     @property
     def stable(self) -> bool | None:

@@ -96,6 +96,10 @@ def solve(
     """
     options = options or ElasticaOptions()
     problem.check_reach()
+    if problem.touching:
+        raise ValueError(
+            "apart, barriers: contact has a way of its own: shellref.elastica.start.solve_along, solve_near"
+        )
     if degree not in ELEMENTS:
         raise ValueError(f"degree = {degree}: must be one of {sorted(ELEMENTS)}")
     if hermite and degree != HERMITE_DEGREE:
@@ -158,7 +162,7 @@ def _solve_once(
         loaded = problem.scaled(path.reached)
         couple = float(discrete.balance(path.coefficients, loaded)[discrete.ends[0]])
         start = loaded.weight[0] - loaded.force[0], loaded.weight[1] - loaded.force[1]
-        return _result(
+        return result_of(
             problem, degree, hermite, status, message, discrete, path.coefficients, loaded, path.reached, began,
             forces=ElasticaForces(start, loaded.force, couple, 0.0), residual=path.residual,
             lowest_eigenvalue=path.eigenvalue, rounding=path.rounding, iterations=path.iterations, steps=path.steps,
@@ -172,7 +176,7 @@ def arrived(problem: ElasticaProblem, degree: int, hermite: bool, end: Arrival, 
     """The result at the end of a way to `problem` that was begun at the time `began` (s, of `time.perf_counter`)."""
     point, system = end.point, end.system
     status, message = _arrival_verdict(end)
-    return _result(
+    return result_of(
         problem, degree, hermite, status, message, system.discrete, point.z[: system.count], system.way.at(point.t),
         point.t, began, forces=system.forces(point.z, point.t), residual=point.norm,
         lowest_eigenvalue=float(point.eigenvalues[0]), rounding=point.rounding, iterations=end.iterations,
@@ -187,14 +191,14 @@ def branch_result(system: System, degree: int, z: Array, t: float, norm: float) 
     stable = stability(float(values[0]), rounding)
     status = ElasticaStatus.UNSTABLE if stable is False else ElasticaStatus.CONVERGED
     message = "on a branch: " + ("unstable" if stable is False else "stable" if stable else "at a fold")
-    return _result(
+    return result_of(
         problem, degree, False, status, message, system.discrete, z[: system.count], problem, 1.0, began,
         forces=system.forces(z, t), residual=norm, lowest_eigenvalue=float(values[0]), rounding=rounding, iterations=0,
         steps=0, snaps=0, limits=0, switches=0,
     )  # fmt: skip
 
 
-def _result(
+def result_of(
     problem: ElasticaProblem,
     degree: int,
     hermite: bool,

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from shellref import law
 from shellref.elastica.arc import ArcOptions, point_at, trace
+from shellref.elastica.contact import ways
 from shellref.elastica.fem import Array
 from shellref.elastica.held import Arrival, best_end, natural_state, not_begun, plain_steps
 from shellref.elastica.path import ElasticaOptions
@@ -125,6 +126,8 @@ def _tolerance(problem: ElasticaProblem, options: ElasticaOptions) -> float:
 def _near(
     problem: ElasticaProblem, joints: Array, degree: int, options: ElasticaOptions, s: Array, theta: Array
 ) -> ElasticaResult | None:
+    if problem.touching:
+        return ways.near(problem, joints, degree, _tolerance(problem, options), s, theta)
     began = time.perf_counter()
     system = System(joints, degree, LoadPath(problem, problem))
     z = np.zeros(system.size)
@@ -145,6 +148,8 @@ def _near(
 
 
 def _along(problems: Sequence[ElasticaProblem], joints: Array, degree: int, options: ElasticaOptions) -> ElasticaResult:
+    if problems[-1].touching:
+        return ways.along(problems, joints, degree, [_tolerance(problem, options) for problem in problems])
     began = time.perf_counter()
     z: Array | None = None
     iterations = steps = limits = switches = 0

@@ -23,6 +23,14 @@ def switches(scene: Scene) -> Sequence[Effect | Switch]:
             "second moment of area given", rod is not None, f"strip.second_moment = {rod}", "from the thickness",
             "the stiffness Y I, no unknown",
         ),
+        Switch(
+            "contact with itself", scene.apart is not None, "contact.itself", "no [contact]",
+            "a row for each pair of places that touches", {"contact": None},
+        ),
+        Switch(
+            "obstacles", bool(scene.obstacles), "[[obstacle]]", "no [[obstacle]]", "a row for each place that touches",
+            {"obstacle": None},
+        ),
         end_clamp(scene, "up to two multipliers and an angle"),
         walk(scene),
         Effect(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,7 +73,7 @@ class ElasticaModel(LineModel[Sized, "ElasticaResult"]):
         "not_converged": ": choose another [seed], or go there by a [[path]]",
     }
     reads = (
-        keys.BENDING | keys.SECOND_MOMENT | keys.WEIGHT | keys.TIP_FORCE
+        keys.BENDING | keys.SECOND_MOMENT | keys.WEIGHT | keys.TIP_FORCE | keys.CONTACT | keys.OBSTACLES
         | keys.BOTH_CLAMPS - keys.RULINGS - keys.SLIDES - keys.SECTIONS
         | keys.ENERGY | keys.ARC_LENGTH | keys.BUDGET | keys.SEED - keys.RULINGS | keys.PATH
     )  # fmt: skip
@@ -166,7 +166,12 @@ class ElasticaModel(LineModel[Sized, "ElasticaResult"]):
             supports=_supports(scene, r),
             error=r.error,
             unknowns=r.degree * elements,
-            numbers={"segments": elements, "max_abs_eta": 0.0, "max_abs_eta_prime_w_half": 0.0},
+            numbers={
+                "segments": elements,
+                "max_abs_eta": 0.0,
+                "max_abs_eta_prime_w_half": 0.0,
+                **({} if r.through is None else {"penetration": r.through}),
+            },
             native=r,
         )
 
@@ -202,6 +207,15 @@ class ElasticaModel(LineModel[Sized, "ElasticaResult"]):
         """A branch of the elastica (`compare.models.branches.elastica`)."""
         from compare.models.branches.elastica import branch_start
 
+        scene = scene_at(0.0)
+        if scene.apart is not None or scene.obstacles:
+            key = "obstacle" if scene.obstacles else "contact.itself"
+            raise BadInput(
+                key,
+                None,
+                "changes along a branch what touches, which the elastica does not follow there",
+                "take the ribbon (--model ribbon), or leave it out",
+            )
         return branch_start(scene_at, self.solve(scene_at(0.0), options=Options(error=False), say=say))
 
     def switches(self, scene: Scene) -> Sequence[Effect | Switch]:
@@ -217,9 +231,32 @@ def _supports(scene: Scene, r: ElasticaResult) -> Supports:
     load = r.problem.force
 
     def in_space(vector: tuple[float, float]) -> FloatArray:
-        return vector[0] * frame[:, 2] - vector[1] * frame[:, 1]
+        return in_plane(frame, vector)
 
     start = Force(in_space(forces.start), forces.start_moment * frame[:, 0])
     held = scene.clamp_end is not None
     of_end = forces.end[0] - load[0], forces.end[1] - load[1]
-    return Supports(start, Force(in_space(of_end), forces.end_moment * frame[:, 0]) if held else None)
+    end = Force(in_space(of_end), forces.end_moment * frame[:, 0]) if held else None
+    return Supports(start, end, _round(scene, r))
+
+
+def _round(scene: Scene, r: ElasticaResult) -> tuple[Mapping[str, Any], ...]:
+    """What every obstacle exerts, as of a ribbon: the moment about the origin."""
+    if len(r.problem.barriers) != len(scene.obstacles):
+        return ()
+    found = []
+    for number, name in enumerate(scene.barrier_names):
+        own = [touch for touch in r.touches if touch.barrier == number]
+        forces = np.array([in_plane(scene.frame, touch.force) for touch in own]).reshape(-1, 3)
+        places = scene.position + np.array([in_plane(scene.frame, touch.place) for touch in own]).reshape(-1, 3)
+        found.append({
+            "name": name, "force": forces.sum(axis=0), "contacts": np.array([touch.s for touch in own]),
+            "lines": np.zeros((0, 2)), "points": places, "height": None,
+            "moment": np.cross(places, forces).sum(axis=0),
+        })  # fmt: skip
+    return tuple(found)
+
+
+def in_plane(frame: FloatArray, vector: Sequence[float]) -> FloatArray:
+    """A vector of the plane of a clamp's frame in space."""
+    return np.asarray(vector[0] * frame[:, 2] - vector[1] * frame[:, 1])

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from compare.models.base import BESIDE, Shape
 from compare.scene.scene import Scene
 from ribbonbench.errors import BadInput
+from shellref.elastica.contact.barrier import Barrier
 from shellref.elastica.path import ElasticaOptions
 from shellref.elastica.problem import ElasticaProblem
 from shellref.elastica.result import ElasticaResult, embed, to_plane
@@ -59,7 +60,7 @@ def start_of(scene: Scene, near: Shape | None = None) -> Start:
     that the elastica cannot go.
     """
     problem = elastica_problem(scene)
-    own = not scene.path and problem.cantilever
+    own = not scene.path and problem.cantilever and not problem.touching
     if near is not None and not own:
         found = _near(scene, near)
         if found is not None:
@@ -99,7 +100,7 @@ def _near(scene: Scene, shape: Shape) -> Start | None:
 def _alone(scene: Scene, problem: ElasticaProblem) -> Start:
     """From the seed and along the path where the scene has them, else from the natural shape."""
     options = ElasticaOptions(arc_length=scene.model.arc_length)
-    if not scene.path and problem.cantilever and not _seeded(scene):
+    if not scene.path and problem.cantilever and not problem.touching and not _seeded(scene):
 
         def natural(elements: int | None, degree: int | None, estimate: bool) -> ElasticaResult:
             return solve_elastica(
@@ -158,7 +159,28 @@ def elastica_problem(scene: Scene, turn: float | None = None) -> ElasticaProblem
         own = math.atan2(y, x)
         near = seed_turn(scene) if turn is None else turn
         angle = own + 2.0 * math.pi * round((near - own) / (2.0 * math.pi))
-    return ElasticaProblem(gamma=scene.gamma, up=up, curvature=scene.curvature, force=force, end=end, end_angle=angle)
+    return ElasticaProblem(
+        gamma=scene.gamma,
+        up=up,
+        curvature=scene.curvature,
+        force=force,
+        end=end,
+        end_angle=angle,
+        apart=scene.apart,
+        barriers=circles(scene),
+    )
+
+
+def circles(scene: Scene) -> tuple[Barrier, ...]:
+    """The cylinders of the scene where they go through the plane."""
+    return tuple(
+        Barrier(
+            to_plane(scene.frame, np.array(one.point) / scene.strip.length - scene.position)[0],
+            one.radius / scene.strip.length,
+            -1.0 if one.inside else 1.0,
+        )
+        for one in scene.obstacles
+    )
 
 
 def seed_turn(scene: Scene) -> float:

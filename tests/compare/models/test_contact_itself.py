@@ -9,7 +9,7 @@ from compare import registry
 from compare.measure.grades import GOOD
 from compare.models import solve
 from compare.models.base import check_keys
-from compare.models.choice import no_third_opinion, shell_in_words
+from compare.models.choice import no_third_opinion, shell_in_words, third_opinion
 from compare.pages.result import state_result
 from compare.pages.solve import rows
 from compare.scene.scene import loads
@@ -74,10 +74,75 @@ def test_what_is_refused():
             scene.replace(changes)
         assert caught.value.key == key
     assert scene.nonplanar_reason() is None
-    assert no_third_opinion(scene).startswith("contact.")
+    assert no_third_opinion(scene) == ""
     assert not shell_in_words(scene).on
     assert shell_in_words(scene.replace({"contact": None})).on
-    for model in ("shell", "elastica"):
+    with pytest.raises(BadInput) as caught:
+        check_keys(registry.model("shell"), scene)
+    assert caught.value.key.startswith("contact.")
+    with pytest.raises(BadInput) as caught:
+        registry.model("elastica").branch_start(lambda _: scene)
+    assert caught.value.key == "contact.itself"
+
+
+def test_the_elastica_as_a_second_opinion():
+    """Alone and beside the ribbon: the same push as shooting, ribbon and elastica at one place."""
+    scene = loads(FOLD, "fold")
+    (known,) = folds(np.array([0.16]), 0.02)
+    ribbon = solve(scene)
+    alone = solve(scene.replace({"model.energy": "elastica", "model.elements": None}))
+    beside = third_opinion(scene, registry.model("ribbon")).solve(scene, near=ribbon.shape)
+    assert ribbon.shape is not None
+    for state in (alone, beside):
+        assert state.ok
+        data = state_result(scene, state)
+        (pair,) = data["contacts"]
+        assert float(np.linalg.norm(pair["force"])) == pytest.approx(known.push, rel=1e-4)
+        assert pair["s"] == pytest.approx(known.s, abs=1e-6)
+        assert pair["gap"] == pytest.approx(0.02, abs=1e-9)
+        assert data["penetration"] < 1e-6
+        assert {check.name: check.grade for check in of_state(scene, state)}["balance"] == GOOD
+    places = [[pair["s"], pair["s_other"]] for pair in state_result(scene, ribbon)["contacts"]]
+    assert np.allclose(places, [known.s, 1.0 - known.s], atol=2e-4)
+    s = np.linspace(0.0, 1.0, 51)
+    assert np.abs(beside.shape.centreline(s) - ribbon.shape.centreline(s)).max() < 1e-4
+
+
+TUBE = """
+[strip]
+length = 1.0
+width = 0.05
+poisson = 0.3
+[clamp.start]
+position = [0.0, -0.24456512383255039, 0.0]
+tangent = [0.0, 0.0, 1.0]
+normal = [0.0, 1.0, 0.0]
+[[obstacle]]
+kind = "cylinder"
+point = [0.0, 0.0, 0.0]
+radius = 0.24456512383255039
+axis = [1.0, 0.0, 0.0]
+inside = true
+[seed]
+curvature = -4.1
+[model]
+energy = "elastica"
+"""
+
+
+def test_a_coil_in_a_tube_by_the_elastica():
+    """Its end as shooting has it (results/obstacles.md); the tube's push and moment balance the clamp."""
+    scene = loads(TUBE, "tube")
+    state = solve(scene)
+    assert state.ok
+    assert np.allclose(state.end.position[1:], [0.12307397, -0.21134071], atol=3e-4)
+    assert {check.name: check.grade for check in of_state(scene, state)}["balance"] == GOOD
+    assert len(dict(rows(scene, state))["force of obstacle obstacle_0"]) > 0
+    (wall,) = state_result(scene, state)["walls"]
+    assert wall["contacts"][-1] == 1.0
+    for away in ({"obstacle.0.axis": [0.6, 0.0, 0.8], "obstacle.0.radius": 0.3},
+                 {"obstacle.0.kind": "sphere", "obstacle.0.axis": None, "obstacle.0.radius": 0.3}):  # fmt: skip
         with pytest.raises(BadInput) as caught:
-            check_keys(registry.model(model), scene)
-        assert caught.value.key.startswith("contact.")
+            scene.replace(away)
+        assert caught.value.key == "model.energy"
+        assert "obstacle_0" in caught.value.problem
