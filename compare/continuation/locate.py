@@ -18,7 +18,7 @@ import scipy  # its parts are loaded where they are first used
 
 from compare.continuation import bordered
 from compare.continuation.correct import at, tangent
-from compare.continuation.point import Options, Point, Special, length
+from compare.continuation.point import Options, Point, Special, length, product
 from compare.continuation.system import FloatArray
 
 #: Roots nearer to each other than this part of a step, and 1e-7 in arc length, are one.
@@ -27,6 +27,9 @@ TOGETHER, APART = 1e-5, 1e-7
 FOLDED = 1e-2
 #: What changes sign without coming nearer to zero than this part of its change has not changed on this branch.
 JUMP = 1e-4
+#: Distance over the step from which points beside a branch point have tangents that are its branch's, and the least
+#: cosine between theirs and its own that is believed.
+ASIDE, ALONG = 1e-3, 0.98
 #: Slack below zero that is rounding.
 BROKEN = 1e-10
 #: Points around a branch that is left, their distance at the least (arc length), and the part of the eigenvalues there
@@ -62,6 +65,20 @@ class Between:
                 raise ArithmeticError
             self._seen[ahead] = found
         return self._seen[ahead]
+
+    def with_tangent(self, ahead: float) -> Point:
+        """The point at a branch point, where (K, dG/dt) has two null vectors and rounding says which of them is the
+        tangent: with that between its neighbours where its own is another."""
+        point = self.point(ahead)
+        away = [x for x in self._seen if abs(x - ahead) >= ASIDE * abs(self.reach)]
+        low, high = max((x for x in away if x < ahead), default=None), min((x for x in away if x > ahead), default=None)
+        if low is None or high is None:
+            return point
+        share, (a, b) = (ahead - low) / (high - low), (self._seen[x].tangent for x in (low, high))
+        dz, dt = (1.0 - share) * a[0] + share * b[0], (1.0 - share) * a[1] + share * b[1]
+        size = length(point.system, dz, dt)
+        middle = dz / size, dt / size
+        return point if product(point.system, point.tangent, middle) >= ALONG else replace(point, tangent=middle)
 
     def root(self, value: Callable[[Point], float]) -> float | None:
         """Where `value` passes zero; None where it does not, or leaps over it."""
@@ -148,7 +165,8 @@ def specials(before: Point, after: Point, reach: float, options: Options) -> lis
     for group in _groups(sorted(roots), near):
         place = group[len(group) // 2]
         values, modes = modes_at(between.point(place), len(group))
-        special = Special("branch_point", between.point(place), modes, tuple(values), before, reach, sign * len(group))
+        at_place = between.with_tangent(place)
+        special = Special("branch_point", at_place, modes, tuple(values), before, reach, sign * len(group))
         found_here.append((place, special))
     return [special for _, special in sorted(found_here, key=lambda pair: pair[0])]
 

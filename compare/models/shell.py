@@ -6,7 +6,7 @@ import contextlib
 import math
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -39,7 +39,7 @@ from compare.models.base import (
     natural_constant,
     on_strip,
 )  # fmt: skip
-from compare.models.capabilities import Reference
+from compare.models.capabilities import BranchStart, Reference
 from compare.models.effects.price import check_price
 from compare.models.effects.shell import effects
 from compare.models.holds import shell as shell_holds
@@ -267,6 +267,19 @@ class ShellModel(Model):
             return replace(state, error_why=f"on {check[0]} x {check[1]} elements: {refused}")
         partner = half_turns.counted(scene, state_of(scene, case))
         return judged(scene, state, partner, options.grid)
+
+    def branch_start(
+        self, scene_at: Callable[[float], Scene], say: Reporter | None = None, *, moving: bool = False
+    ) -> BranchStart:
+        """A branch of the shell of the first w/h, on the scene's own mesh (`compare.models.branches.shell`)."""
+        from compare.models.branches.shell import branch_start
+
+        first = scene_at(0.0)
+        if moving:
+            raise BadInput("--moving", None, "moves elements, and a shell's stay where they are", "leave it out")
+        if first.shell.tolerance is not None:  # the mesh is that of the branch, and its errors are told by halving it
+            first = first.replace({"shell.tolerance": None, "shell.goal": None})
+        return branch_start(scene_at, self.solve(first, options=Options(error=False), say=say))
 
     def barriers(self, scene: Scene, state: State, points: FloatArray) -> list[FloatArray]:
         """Planes, those on springs where they have moved to."""

@@ -151,6 +151,11 @@ class NaghdiModel:
             self.weights.append(np.prod(size, axis=1)[:, None] * weights * np.prod(lame, axis=2))
         self.areas = self.weights[0].sum(axis=1)
 
+    def load(self, body: Body) -> None:
+        """The loads and natural curvatures of another body, alike in all else."""
+        self.body = body
+        self._loads()
+
     def _loads(self) -> None:
         """Reference strains, natural curvatures, nodal weights and forces."""
         body, n = self.body, len(self.nodes)
