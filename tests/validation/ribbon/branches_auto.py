@@ -190,7 +190,8 @@ def run(out: Path) -> dict[str, Number]:
                     for name in CASES) + ".",
         page.table(["case", "who", "size", "off / l", "ms"], [[*row[:4], f"{1e3 * row[4]:.0f}"] for row in costs]),
         "Sadowsky's coils from Gamma = 1 (AUTO: 0), `coil_10_100` with another K: numbers of folds and branch points. "
-        "(Coarse elements have folds of their own: 20 of them at K = 100 have seven below Gamma = 9000, four times as many none.)",
+        "(Coarse elements have folds of their own: 20 of them at K = 100 have seven below Gamma = 9000, four times as "
+        "many none.)",
         page.table(["K l", "to Gamma", "our elements", "ours", "AUTO"], coils),
     )  # fmt: skip
     if worst > SAME or any(numbers[name].value for name in numbers if name.startswith("coil")):
