@@ -22,7 +22,6 @@ GROUPS = {
     "bands": "shells that nothing holds: bands joined after half turns, strips on a table",
     "elastica": "the planar elastica: great weight, S-shapes, branches",
     "models": "every model of the registry",
-    "branches": "forks near each other, loops, clamps at the end of their reach, corners, many segments",
     "own": "scenes as people write them, through the commands: what the terminal and the files say",
     "process": "killed, interrupted, without room, with damaged or foreign files",
     "inputs": "whatever a scene file may say",
