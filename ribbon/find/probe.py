@@ -64,6 +64,6 @@ def further(problem: MixedProblem) -> Iterator[Shape]:
     rng = np.random.default_rng(_DRAW)
     knots = np.linspace(0.0, 1.0, _VALUES)
     for _ in range(RANDOM):
-        bent = _BENT * rng.standard_normal(_VALUES)
-        ruled = np.clip(_RULED * rng.standard_normal(_VALUES), -1.0, 1.0)
-        yield np.interp(s, knots, bent), seeds.held_straight(problem, np.interp(s, knots, ruled))
+        bends = _BENT * rng.standard_normal(_VALUES)
+        turns = np.clip(_RULED * rng.standard_normal(_VALUES), -1.0, 1.0)
+        yield np.interp(s, knots, bends), seeds.held_straight(problem, np.interp(s, knots, turns))

@@ -55,6 +55,14 @@ WORDS = {
         "--solver", "shell", "--out", "o",
     ),
     "report": ("report", "o", "--quiet"),
+    "branches": (
+        "branches", "scene.toml", "--set", "path=[]", "--along", "strip.gamma", "--from", "1", "--to", "8", "--model",
+        "wunderlich,sadowsky", "--no-errors", "--quiet", "--out", "o",
+    ),
+    "branches over two": (
+        "branches", "scene.toml", "--set", "path=[]", "--along", "strip.gamma", "--from", "1", "--to", "8", "--over",
+        "strip.width=0.02,0.03", "--no-errors", "--quiet", "--out", "o",
+    ),
 }  # fmt: skip
 #: Two answers of one command are the same within this (a path that goes on begins at a state that is rounded nowhere).
 SAME = 1e-9
@@ -348,7 +356,15 @@ CASES: tuple[Case, ...] = (
         "command",
         killed,
         ("solve, 2 times",),
-        ("solve, 20 times", "compare, 20 times", "limits, 20 times", "sweep, 20 times", "report, 20 times"),
+        (
+            "solve, 20 times",
+            "compare, 20 times",
+            "limits, 20 times",
+            "sweep, 20 times",
+            "report, 20 times",
+            "branches, 10 times",
+            "branches over two, 10 times",
+        ),
     ),
     Case(
         "process/interrupted",
