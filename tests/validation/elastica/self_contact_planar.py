@@ -207,7 +207,7 @@ def run(out: Path) -> dict[str, Number]:
         f"{eight_off:.0e} off. Both ends at one point turn about it freely: the lowest eigenvalue is "
         f"{strut.lowest_eigenvalue:.0e}, zero to rounding. Beyond, with one end past the other, the "
         f"strip would have to go "
-        "through its first end: this branch has no state in the plane there, and the steps end.",
+        "through its first end: the steps end there, and no state beyond is given.",
         "## The pinched ring, until its poles meet",
         "A ring of length 1, pinched between two points: force, area, and how far elements are off "
         "(part). At distance 0 "
