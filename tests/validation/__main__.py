@@ -58,6 +58,7 @@ NAMES = (
     "clamp_layer",
     "clamp_limit",
     "elastica_order",
+    "self_contact_planar",
     "daisy",
     "cantilever",
     "shell_mesh",

@@ -75,7 +75,8 @@ class Contact:
             z, rows = found.z, found.rows
             pulls = found.pushes < -PULLS * max(1.0, float(np.max(np.abs(found.pushes), initial=0.0)))
             key = frozenset((row.label, round(row.s, 6), row.held) for row in rows)
-            careful, _ = key in seen or count > ROUNDS // 3, seen.add(key)
+            careful = key in seen or count > ROUNDS // 3
+            seen.add(key)
             moving = self.moving(z)
             near = too_near(moving, self._nodes, problem.apart, problem.barriers, reference)
             fresh = [row for row in (self._taken(gap, rows) for gap in near) if row is not None]
