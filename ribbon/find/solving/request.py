@@ -39,6 +39,7 @@ class StripKeywords(TypedDict, total=False):
     in_plane: bool | None
     tip: ArrayLike | None
     apart: float | None
+    round_rod: bool
 
 
 class SolveKeywords(StripKeywords, total=False):
@@ -76,6 +77,7 @@ class Request:
     stiffness: str | None
     in_plane: bool | None
     apart: float | None = None
+    round_rod: bool = False
 
     def __post_init__(self) -> None:
         for name, clamp in (("start", self.start), ("end", self.end)):
@@ -100,6 +102,7 @@ class Request:
         in_plane: bool | None = None,
         tip: ArrayLike | None = None,
         apart: float | None = None,
+        round_rod: bool = False,
     ) -> Request:
         """The request of these keywords of `ribbon.solve`.
 
@@ -122,6 +125,7 @@ class Request:
             stiffness=stiffness,
             in_plane=in_plane,
             apart=apart,
+            round_rod=round_rod,
         )
 
     @classmethod
@@ -133,6 +137,7 @@ class Request:
             formulation=problem.formulation, stiffness=problem.stiffness, in_plane=problem.in_plane,
             held_by=problem.held_by if isinstance(problem, MixedProblem) else "elimination",
             apart=(problem.apart or None) if isinstance(problem, MixedProblem) else None,
+            round_rod=isinstance(problem, MixedProblem) and problem.round,
         )  # fmt: skip
 
 
