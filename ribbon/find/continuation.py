@@ -172,6 +172,7 @@ def _landed(problem: Problem, state: Equilibrium, tried: Equilibrium, how: How) 
     the time of a first solve, from where the last one stopped, then from the last state; `tried` where both fail."""
     if _keeps(problem):
         assert isinstance(problem, MixedProblem)
+        assert isinstance(state.problem, MixedProblem)
         return snap.landed(problem, transfer.transferred(state.problem, state.x, problem), how)
     if problem.row_count and tried.rows.size == problem.row_count and np.all(np.isfinite(tried.x)):
         new = search.from_state(problem, tried.x, how, (tried.rows, tried.multipliers))
@@ -238,7 +239,7 @@ def follow(
         if good:
             moved, jump, expected = _movement(state, new, speed, step)
         if jump and not step > 4.0 * smallest and _keeps(problem):
-            new = snap.landed(problem, state.x, how)
+            new = _landed(problem, state, new, how)
             good = new.status in _GOOD
         if not good or (jump and step > 4.0 * smallest and not leave_saddle):
             log.append(asdict(_record(target, step, new, False, seconds, jump)))
