@@ -20,8 +20,12 @@ class Note(Enum):
     BEHIND = "not converged: the strip reaches {depth:.2g} l beyond a wall between its joints; use more segments"
     BEHIND_ON_PATH = "on its way the strip reaches {depth:.2g} l beyond a wall between its joints"
     TOO_NEAR = (
-        "not converged: parts of the strip are {depth:.2g} l nearer to each other than they are kept; begin where they "
-        "are apart and come here in smaller steps, or use more segments"
+        "not converged: parts of the strip, at s = {s:.3g} and s = {other:.3g}, are {depth:.2g} l nearer to each other "
+        "than they are kept; begin where they are apart and come here in smaller steps, or use more segments"
+    )
+    PASSES = (
+        "not converged: on the way from the state before, parts at s = {s:.3g} and s = {other:.3g} would pass through "
+        "each other; use smaller steps"
     )
     QUADRATURE = (
         "not converged: the elastic energy hangs on its quadrature, an adaptive integral differs by {error:.2g} of it; "

@@ -45,7 +45,7 @@ CLOSED = inside("closure", "kind", "turns")
 HALF_TURNS = inside("closure", "half_turns")
 CLOSURE = CLOSED | inside("closure", "ruling", "twist")
 WALLS = inside("wall", "point", "normal", "stiffness", "name")
-CONTACT = inside("contact", "itself", "distance")
+CONTACT = inside("contact", "itself", "distance", "section")
 OBSTACLES = inside(
     "obstacle", "kind", "point", "radius", "axis", "normal", "size", "angle", "rounding", "inside", "name"
 )

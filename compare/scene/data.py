@@ -161,6 +161,11 @@ class SceneData(Sections):
         return None if given is None else given / self.strip.length
 
     @property
+    def round_rod(self) -> bool:
+        """Whether the strip touches itself as a round rod about its centreline."""
+        return self.apart is not None and self.contact is not None and self.contact.section == "round"
+
+    @property
     def tip_load(self) -> float:
         """Load at s = 1 along -up in D w / l^2 (Y I / l^2 of a rod): M g l^2 / (Y I) of a mass M; 0.0 without one."""
         if self.tip is None or self.gravity is None:

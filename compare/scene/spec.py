@@ -379,6 +379,11 @@ class ContactSpec:
         Kind.NUMBER, "distance that they keep, middle surface from middle surface", LENGTH, "0 < distance < length / 2",
         "1e-3", default=None, newer=True, absent="strip.thickness", known="distance / l >= 1e-4"
     )
+    section: str = key(
+        Kind.CHOICE, "what touches", example='"round"', default="strip", newer=True,
+        choices={"strip": "its surface, between its edges too",
+                 "round": "a round rod about the centreline, its diameter the distance"}
+    )
 
 
 @dataclass(frozen=True)

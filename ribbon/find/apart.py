@@ -29,11 +29,13 @@ from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum, kkt_residual
 FloatArray = NDArray[np.float64]
 
 #: Depth (l) from which places are held apart, rounds of that, and pairs that a round adds.
-DEPTH, ROUNDS, MOST = 0.3 * nearness.TOLERANCE, 25, 12
+DEPTH, ROUNDS, MOST = 0.3 * nearness.TOLERANCE, 25, 200
 #: Push (D w / l^2) of a pair that is let go, and part of the largest one.
 _PUSHES, _CLEARLY = 1e-9, 1e-7
 #: Part of a segment within which a place is near its joint, and by which one begins behind a joint.
 _BESIDE, _INSIDE = 0.35, 0.02
+#: Part of a segment up to which places that stay are one.
+_STATION = 0.4
 #: Depth over the distance to be kept from which parts may have gone through each other, and nothing brings them back.
 _THROUGH = 0.5
 #: Iterations of Newton's method beside an equilibrium, and without its multipliers.
@@ -88,15 +90,17 @@ def around(problem: MixedProblem, pairs: Iterable[Pair]) -> tuple[Pair, ...]:
     def places(s: float) -> list[float]:
         i = problem.segment_at(s)
         share, own = (s - starts[i]) / problem.lengths[i], [s]
-        for beside, near in ((i - 1, share < _BESIDE), (i + 1, share > 1.0 - _BESIDE)):
-            if near and 0 <= beside < problem.lengths.size:
-                own.append(float(starts[i + (beside > i)] + (beside - i) * _INSIDE * problem.lengths[beside]))
+        for step, near in ((-1, share < _BESIDE), (1, share > 1.0 - _BESIDE)):
+            beside = problem.beside(i, step) if near else None
+            if beside is not None:
+                inside = _INSIDE * problem.lengths[beside]
+                own.append(float(starts[beside] + inside if step > 0 else starts[beside + 1] - inside))
         return own
 
     for pair in pairs:
-        for s in places(pair.s):
+        for s in [pair.s] if pair.stays else places(pair.s):
             for other in places(pair.s_other):
-                beside = pair._replace(s=s, s_other=other)
+                beside = pair._replace(s=s, s_other=other).ordered()
                 if not any(_alike(problem, beside, known) for known in found):
                     found.append(beside)
     return tuple(found)
@@ -105,6 +109,8 @@ def around(problem: MixedProblem, pairs: Iterable[Pair]) -> tuple[Pair, ...]:
 def _alike(problem: MixedProblem, one: Pair, other: Pair) -> bool:
     """Whether two pairs are looked for on the same segments, near the same places across the strip."""
     near = 0.1 * problem.half_width
+    if (one.stays or other.stays) and abs(one.s - other.s) > _STATION * float(problem.lengths.min()):
+        return False
     alike = all(problem.segment_at(a) == problem.segment_at(b) for a, b in zip(one[:3:2], other[:3:2], strict=True))
     return alike and all(abs(a - b) < near for a, b in zip(one[1:4:2], other[1:4:2], strict=True))
 
@@ -122,7 +128,7 @@ def _pushing(problem: MixedProblem, minimum: Minimum) -> list[Pair]:
     return [pair for pair, force in zip(_slid(problem, minimum.x), push, strict=True) if force > least]
 
 
-def _rows(old: MixedProblem, fresh: MixedProblem, minimum: Minimum) -> FloatArray:
+def rows_of(old: MixedProblem, fresh: MixedProblem, minimum: Minimum) -> FloatArray:
     """Multipliers of the rows of `fresh`: those of `old` of the same rows, of pairs that are the same."""
     rows = np.zeros(fresh.row_count)
     here, there = fresh.block_slices(), old.block_slices()
@@ -145,7 +151,7 @@ def _again(
     """The equilibrium with other pairs, from the one before: with its multipliers, and else without."""
     warm = choose.minimise(
         fresh, minimum.x, {"max_iter": _WARM, **(options or {})}, progress,
-        (_rows(old, fresh, minimum), minimum.multipliers),
+        (rows_of(old, fresh, minimum), minimum.multipliers),
     )  # fmt: skip
     if warm.residual <= RESIDUAL_TOLERANCE:
         return warm
@@ -159,7 +165,7 @@ def let_go(problem: MixedProblem, minimum: Minimum) -> tuple[MixedProblem, Minim
         return problem, minimum
     fewer = problem.with_changes(pairs=tuple(_pushing(problem, minimum)))
     fewer.counters.add(problem.counters)
-    rows = _rows(problem, fewer, minimum)
+    rows = rows_of(problem, fewer, minimum)
     residual = kkt_residual(fewer, minimum.x, minimum.multipliers, rows)
     if residual > RESIDUAL_TOLERANCE:
         return problem, minimum

@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.find import apart, contacts, relax
+from ribbon.find import apart, contacts, relax, snap
 from ribbon.find.solving import search
 from ribbon.find.solving import start as starts
 from ribbon.find.solving.request import How, Options, Progress, Seed
+from ribbon.judge import passage
 from ribbon.notes import Note
 from ribbon.problems import transfer
 from ribbon.problems.mixed import MixedProblem
@@ -169,6 +170,10 @@ def _corrected(
 def _landed(problem: Problem, state: Equilibrium, tried: Equilibrium, how: How) -> Equilibrium:
     """Where a strip that is about to snap lands: a shorter step would not bring it nearer, so that the iteration has
     the time of a first solve, from where the last one stopped, then from the last state; `tried` where both fail."""
+    if _keeps(problem):
+        assert isinstance(problem, MixedProblem)
+        assert isinstance(state.problem, MixedProblem)
+        return snap.landed(problem, transfer.transferred(state.problem, state.x, problem), how)
     if problem.row_count and tried.rows.size == problem.row_count and np.all(np.isfinite(tried.x)):
         new = search.from_state(problem, tried.x, how, (tried.rows, tried.multipliers))
         if new.status in _GOOD:
@@ -223,7 +228,7 @@ def follow(
         clock = time.perf_counter()
         factor = step / (t - t_before) if before is not None and t > t_before else 0.0
         how = How(progress=progress, check=check, hold=False)
-        new = _corrected(problem, state, before, factor, how)
+        new = _unpassed(state, _corrected(problem, state, before, factor, how))
         if new.status not in _GOOD and CUT * step < smallest:
             new = _landed(problem, state, new, how)
         if leave_saddle and new.status is Status.SADDLE:
@@ -233,6 +238,9 @@ def follow(
         moved, expected, jump = 0.0, None, False
         if good:
             moved, jump, expected = _movement(state, new, speed, step)
+        if jump and not step > 4.0 * smallest and _keeps(problem):
+            new = _landed(problem, state, new, how)
+            good = new.status in _GOOD
         if not good or (jump and step > 4.0 * smallest and not leave_saddle):
             log.append(asdict(_record(target, step, new, False, seconds, jump)))
             size = CUT * step
@@ -256,6 +264,24 @@ def follow(
             on_step(record, state)
         size = _next_size(size, step, steps, new.iterations)
     return replace(state, log=(*start.log, *log))
+
+
+def _keeps(problem: Problem) -> bool:
+    """Whether parts of the strip are kept apart."""
+    return isinstance(problem, MixedProblem) and problem.apart > 0.0
+
+
+def _unpassed(state: Equilibrium, new: Equilibrium) -> Equilibrium:
+    """The next state; none where parts of the strip, kept apart, would pass through each other on the way to it."""
+    if new.status not in _GOOD or not _keeps(new.problem):
+        return new
+    assert isinstance(state.problem, MixedProblem)
+    assert isinstance(new.problem, MixedProblem)
+    found = passage.passage(state.problem, state.x, new.problem, new.x)
+    if found is None:
+        return new
+    text = Note.PASSES.text(s=found.s, other=found.s_other)
+    return replace(new, status=Status.NOT_CONVERGED, stable=None, message=text, notes=(Note.PASSES,))
 
 
 def _left(saddle: Equilibrium) -> Equilibrium:

@@ -54,6 +54,7 @@ def solve(
     in_plane: bool | None = None,
     tip: ArrayLike | None = None,
     apart: float | None = None,
+    round_rod: bool = False,
     leave_saddle: bool = False,
     budget: float | None = None,
     solver: str | None = None,
@@ -75,6 +76,7 @@ def solve(
     tip: dead force (3,) at s = l, in D w / l^2.
     apart: distance in l that parts of the strip which face each other keep, centre surface from centre surface (a
         thickness); None: they may pass through each other.
+    round_rod: what touches itself is a round rod of diameter `apart` about the centreline, not the strip's surface.
     segments: how many equal ones, or their lengths in units of l (they add up to 1).
     seed_curvature, seed_ruling: omega (in 1/length) and eta to start from: a number, or values at equally spaced
         abscissae from s = 0 to s = l, linear between them; "natural" is the stress-free shape, and where that says
@@ -96,6 +98,7 @@ def solve(
         request = Request.of(
             strip, clamp, gravity, end=end, closure=closure, walls=walls, energy=energy, segments=segments,
             formulation=formulation, held_by=held_by, stiffness=stiffness, in_plane=in_plane, tip=tip, apart=apart,
+            round_rod=round_rod,
         )  # fmt: skip
         how = How(options=options, progress=progress, leave_saddle=leave_saddle)
         return solve_request(request, Seed(seed_curvature, seed_ruling), how, budget)

@@ -8,6 +8,8 @@ neighbours a pair of places begins, and goes to the nearest ones on the strip it
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
@@ -27,30 +29,39 @@ _SAMPLES, _TURN = 4, 0.1
 _FACING = 2.4
 #: Angle (rad) of rulings below which no place on them is nearest, and both their ends are looked at.
 _PARALLEL = 2e-2
+#: Of so many samples one is a place beside which parts that lie along each other are looked at.
+_STATION = 4
 #: Times that a pair is put on the segment next to its own.
 _PASSED = 4
+#: Part of a segment by which a place begins beyond a joint that it has passed.
+_INSIDE = 0.02
 
 
 def minima(problem: MixedProblem, x: FloatArray, below: float) -> list[tuple[float, Pair]]:
     """Gaps (l) between far parts over what they are to keep (`problem.apart`), where least, as far as they are smaller
     than `below`; and between which places."""
-    s, r, normal, ruling = _sampled(problem, x)
+    s = _abscissae(problem, x)
+    r, ruling, turned, _ = shape(problem, x, s)
     reach = problem.apart + below
     length = float(np.linalg.norm(ruling, axis=1).max())
     step = float(np.diff(s).max())
-    near = scipy.spatial.cKDTree(r).query_pairs(reach + 2.0 * problem.half_width * length + step, output_type="ndarray")
-    i, j = near[:, 0], near[:, 1]
-    turned = _turned(normal)
+    i, j = _close(r, reach + 2.0 * problem.reach * length + step)
     far = _facing(problem, turned[i], turned[j], turned[-1])
     i, j = i[far], j[far]
     if not i.size:
         return []
-    distance, u, other = _between(r, ruling, i, j, problem.half_width)
-    least = _least(distance, i, j, s.size) & (distance < reach + step)
+    distance, u, other = _between(r, ruling, i, j, problem.reach)
+    near = distance < reach + step
+    least = near & _least(distance, i, j, s.size)
+    beside = np.zeros_like(least)
+    if problem.round:
+        beside = near & ~least & (i % _STATION == 0) & _least(distance, i, j, s.size, (0,))
     found: list[Pair] = []
-    for k in np.nonzero(least)[0]:
+    nearest: list[bool] = []
+    for k in np.nonzero(least | beside)[0]:
         found += _pairs(problem, s, ruling, int(i[k]), int(j[k]), float(u[k]), float(other[k]))
-    gaps, places = narrowed(problem, x, found)
+        nearest += [bool(least[k])] * (len(found) - len(nearest))
+    gaps, places = _narrowed(problem, x, found, nearest)
     kept: list[tuple[float, Pair]] = []
     for k in np.argsort(gaps, kind="stable"):
         pair = places[k]
@@ -70,6 +81,21 @@ def same(problem: MixedProblem, one: Pair, other: Pair) -> bool:
     return all(abs(a - b) < near for a, b in zip(one[:4], other[:4], strict=True))
 
 
+def _narrowed(
+    problem: MixedProblem, x: FloatArray, pairs: list[Pair], nearest: list[bool]
+) -> tuple[FloatArray, list[Pair]]:
+    """As `narrowed`; where parts of a round rod lie along each other the first place stays, and pairs that are not the
+    nearest of their neighbours count there too."""
+    if not pairs or not problem.round:
+        return narrowed(problem, x, pairs)
+    rows = problem.with_changes(pairs=tuple(pair._replace(stays=True) for pair in pairs)).pair_rows()
+    along = rows.along(x)
+    gaps, stay = narrowed(problem, x, [p._replace(stays=True) for p, lies in zip(pairs, along, strict=True) if lies])
+    slide = [p for p, lies, least in zip(pairs, along, nearest, strict=True) if least and not lies]
+    more, slid = narrowed(problem, x, slide)
+    return np.concatenate([gaps, more]), [*stay, *slid]
+
+
 def narrowed(problem: MixedProblem, x: FloatArray, pairs: list[Pair]) -> tuple[FloatArray, list[Pair]]:
     """Gaps (k,) over `problem.apart` of the nearest places beside pairs, and these places."""
     if not pairs:
@@ -85,32 +111,91 @@ def narrowed(problem: MixedProblem, x: FloatArray, pairs: list[Pair]) -> tuple[F
             for column, side in ((0, 0), (2, 1)):
                 i = int(rows.segments[side, k])
                 past = rows.beyond(x)[k, side]
-                if past and 0 <= i + past < problem.lengths.size:
-                    at[column] = starts[i + (past > 0)] + 0.02 * past * problem.lengths[i + past]
+                beside = problem.beside(i, int(past)) if past else None
+                if beside is not None:
+                    inside = _INSIDE * problem.lengths[beside]
+                    at[column] = starts[beside] + inside if past > 0 else starts[beside + 1] - inside
                     passed = True
-            moved.append(pair.at(at))
+            moved.append(pair.at(at).ordered())
         if not passed:
             break
         pairs = moved
-    found = [pair.at(place) for place, pair in zip(places, pairs, strict=True)]
+    found = [pair.at(place).ordered() for place, pair in zip(places, pairs, strict=True)]
     ended = (np.array([[pair.s, pair.s_other] for pair in found]) % 1.0 == 0.0) | (rows.beyond(x) == 0)
     least = ended.all(axis=1)  # what still slides is nearest elsewhere
     return gaps[least], [pair for pair, inside in zip(found, least, strict=True) if inside]
 
 
-def _sampled(problem: MixedProblem, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Abscissae (k,), positions, normals and rulings (k, 3)."""
+class Shape(NamedTuple):
+    """Positions r and rulings (k, 3) at abscissae, by how much (k,) the strip has turned up to there (its normals, of a
+    round rod its tangents, which turn by pi too between places that are nearest to each other), and frames
+    (k, 3, 3), columns t_x, t_y, t_z."""
+
+    r: FloatArray
+    ruling: FloatArray
+    turned: FloatArray
+    frame: FloatArray
+
+
+def shape(problem: MixedProblem, x: FloatArray, s: FloatArray) -> Shape:
+    """The shape x at abscissae s (k,)."""
+    q, (points, frames) = problem.parameters(x), problem.joints(x)
+    seam = 0 if problem.closure is None else problem.closure.sign
+    r, frame, _, eta = centreline(
+        q, problem.lengths, points, frames, s, problem.exponent_limit, seam, problem.fields.free
+    )
+    ruling = frame[:, :, 0] if problem.fields.free else frame[:, :, 0] + eta[:, None] * frame[:, :, 2]
+    return Shape(r, ruling, _turned(frame[:, :, 2 if problem.round else 1]), frame)
+
+
+def _counts(problem: MixedProblem, x: FloatArray) -> IntArray:
+    """Samples (p,) of each segment."""
     q, lengths = problem.parameters(x), problem.lengths
     bend = (np.abs(q[:, 1]) + np.abs(q[:, 0]) * lengths) * lengths
-    counts = np.maximum(_SAMPLES, np.ceil(bend / _TURN)).astype(int)
-    starts = np.concatenate([[0.0], np.cumsum(lengths)])
-    parts = [a + h * np.arange(n) / n for a, h, n in zip(starts, lengths, counts, strict=False)]
-    s = np.concatenate([*parts, [1.0]])
-    points, frames = problem.joints(x)
-    seam = 0 if problem.closure is None else problem.closure.sign
-    r, frame, _, eta = centreline(q, lengths, points, frames, s, problem.exponent_limit, seam, problem.fields.free)
-    ruling = frame[:, :, 0] if problem.fields.free else frame[:, :, 0] + eta[:, None] * frame[:, :, 2]
-    return s, r, frame[:, :, 1], ruling
+    if problem.fields.in_plane:
+        bend = bend + (np.abs(q[:, 5]) + np.abs(q[:, 4]) * lengths) * lengths
+    return np.maximum(_SAMPLES, np.ceil(bend / _TURN)).astype(int)
+
+
+def enough(problem: MixedProblem, x: FloatArray) -> int:
+    """Samples of the strip that follow a shape wherever it bends."""
+    return int(np.ceil((_counts(problem, x) / problem.lengths).max()))
+
+
+def _abscissae(problem: MixedProblem, x: FloatArray) -> FloatArray:
+    """Where a shape is sampled."""
+    starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    each = zip(starts, problem.lengths, _counts(problem, x), strict=False)
+    return np.concatenate([*(a + h * np.arange(n) / n for a, h, n in each), [1.0]])
+
+
+def nearest(
+    problem: MixedProblem,
+    s: FloatArray,
+    r: FloatArray,
+    ruling: FloatArray,
+    turned: tuple[FloatArray, ...],
+    below: float,
+) -> tuple[float, int, int] | None:
+    """The least distance of far rulings, where it is smaller than `below`, and which two of them; far by any of the
+    turns `turned`."""
+    length = float(np.linalg.norm(ruling, axis=1).max())
+    i, j = _close(r, below + 2.0 * problem.reach * length)
+    far = np.zeros(i.size, dtype=bool)
+    for each in turned:
+        far |= _facing(problem, each[i], each[j], each[-1])
+    i, j = i[far], j[far]
+    if not i.size:
+        return None
+    distance, _, _ = _between(r, ruling, i, j, problem.reach)
+    k = int(np.argmin(distance))
+    return (float(distance[k]), int(i[k]), int(j[k])) if distance[k] < below else None
+
+
+def _close(r: FloatArray, reach: float) -> tuple[IntArray, IntArray]:
+    """Pairs i < j of points (k, 3) no farther from each other than `reach`."""
+    near = scipy.spatial.cKDTree(r).query_pairs(reach, output_type="ndarray")
+    return near[:, 0], near[:, 1]
 
 
 def _turned(normal: FloatArray) -> FloatArray:
@@ -123,7 +208,7 @@ def _facing(problem: MixedProblem, one: FloatArray, other: FloatArray, whole: fl
     """Whether the normals turn enough for places to face each other, from `one` to `other`, of a band both ways."""
     between = np.asarray(other - one)
     facing = between > _FACING
-    return facing & (whole - between > _FACING) if problem.closure is not None else facing
+    return facing & (whole - between > _FACING) if problem.joined else facing
 
 
 def _between(
@@ -142,13 +227,15 @@ def _between(
     return distance, u, v
 
 
-def _least(distance: FloatArray, i: IntArray, j: IntArray, count: int) -> NDArray[np.bool_]:
-    """Whether a pair's distance (k,) is no greater than those of the pairs beside it."""
+def _least(
+    distance: FloatArray, i: IntArray, j: IntArray, count: int, steps: tuple[int, ...] = (-1, 0, 1)
+) -> NDArray[np.bool_]:
+    """Whether a pair's distance (k,) is no greater than those of the pairs beside it, i as much apart as `steps`."""
     key = i.astype(np.int64) * (count + 2) + j
     order = np.argsort(key)
     keys, values = key[order], distance[order]
     least = np.ones(distance.size, dtype=bool)
-    for di in (-1, 0, 1):
+    for di in steps:
         for dj in (-1, 0, 1):
             if di or dj:
                 wanted = key + di * (count + 2) + dj
@@ -164,6 +251,8 @@ def _pairs(
     one, two = (ruling[k] / np.linalg.norm(ruling[k]) for k in (i, j))
     if np.linalg.norm(np.cross(one, two)) > _PARALLEL:
         return [Pair(float(s[i]), u, float(s[j]), other)]
+    if problem.round:
+        return [Pair(float(s[i]), 0.0, float(s[j]), 0.0, True)]
     edge = problem.half_width
     sign = 1.0 if one @ two > 0.0 else -1.0
     return [Pair(float(s[i]), side * edge, float(s[j]), sign * side * edge, True) for side in (1.0, -1.0)]

@@ -39,6 +39,8 @@ IntArray = NDArray[np.int64]
 HALF_TURN = np.array([0.0, 0.0, 0.0, 1.0])
 #: Part of a clamp's tangent along a wall's normal that is rounding.
 _ALONG = 1e-12
+#: How near (l) two ends are that are joined.
+JOINED = 1e-9
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,8 @@ class Held:
     solution must not touch them; model: "mixed", or the formulation that finds the point ("matrix", "chained"), for
     comparison; stiffness, in_plane: `ribbon.problems.fields.Fields`; tip: dead force (3,) at s = l, D w / l^2, or
     None; touching: points between the joints that are held on a wall's side too; apart: distance (l) that far parts of
-    the strip keep from each other, 0: they may pass through each other; pairs: places of it that are held so.
+    the strip keep from each other, 0: they may pass through each other; pairs: places of it that are held so; round: it
+    touches itself as a round rod of diameter `apart` about its centreline, not with its surface.
     """
 
     strip: Strip
@@ -75,6 +78,7 @@ class Held:
     touching: tuple[Touch, ...] = ()
     apart: float = 0.0
     pairs: tuple[Pair, ...] = ()
+    round: bool = False
     counters: Counters = field(default_factory=Counters, compare=False)
     _cache: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
@@ -346,6 +350,24 @@ class Held:
             found["pairs"] = self._pair_rows()
         return found
 
+    @property
+    def reach(self) -> float:
+        """How far (l) to either side of the centreline it touches itself: half the width, of a round rod nowhere."""
+        return 0.0 if self.round else self.half_width
+
+    @property
+    def joined(self) -> bool:
+        """Whether it ends where it begins: closed, or held so by its clamps."""
+        if self.closure is not None or self.start is None or self.end is None:
+            return self.closure is not None
+        places = self.start.position, self.end.position
+        return None not in places and bool(np.abs(np.subtract(*places)).max() < JOINED * self.strip.length)
+
+    def beside(self, segment: int, step: int) -> int | None:
+        """The segment behind (step 1) or before (-1) another one; None: the strip ends there."""
+        found, count = segment + step, self.lengths.size
+        return found % count if self.joined or 0 <= found < count else None
+
     def pair_rows(self) -> PairRows:
         """The rows that hold places of the strip apart; KeyError where there are none."""
         rows = self.blocks()["pairs"]
@@ -355,7 +377,7 @@ class Held:
     def _pair_rows(self) -> PairRows:
         segments = np.array([[self.segment_at(s) for s in (pair.s, pair.s_other)] for pair in self.pairs]).T
         return PairRows(
-            self.pairs, self.apart, segments, self.lengths, self.half_width, self.exponent_limit,
+            self.pairs, self.apart, segments, self.lengths, self.reach, self.exponent_limit,
             self.fields.components, self.fields.free, self.sideways,
         )  # fmt: skip
 

@@ -23,7 +23,8 @@ from ribbon.solvers.problem import BoundedProblem, ConstrainedProblem, FloatArra
 
 #: The minimisers that may be asked for.
 SOLVERS = ("auto", "newton", "ipopt")
-#: Residual (over `force_scale`) up to which a minimum of a problem without rows is taken as found.
+#: Residual (over `force_scale`) up to which a minimum of a problem without rows, or of one that touches itself, is
+#: taken as found.
 FOUND = 1e-8
 _asked: ContextVar[str] = ContextVar("solver", default="auto")
 
@@ -76,6 +77,9 @@ def minimise(
         minimum = newton_rows.minimise(problem, start, options, progress, warm)
         # after as many steps as it was given Ipopt, which makes the same ones, has not arrived either
         arrived = minimum.code in (newton_rows.SOLVED, newton_rows.STOPPED, newton_rows.MOST)
+        arrived |= (
+            bool(problem.pairs) and minimum.residual <= FOUND
+        )  # nearest places are known to rounding, and no better
     if arrived or _asked.get() == "newton":
         return minimum
     try:

@@ -41,8 +41,9 @@ from ribbon.solvers.saddle import Saddle
 
 #: What it knows of Ipopt's options, with its defaults here; and "reach", of its own: how far an unknown may go in a
 #: step, over 1 + its size. Longer steps are shortened by raising delta (Levenberg and Marquardt), which turns them
-#: towards steepest descent along the rows: the iteration stays in the basin it begins in. None: as far as they lead.
-OPTIONS: dict[str, Any] = {"tol": 1e-10, "max_iter": 1000, "mu_init": 1e-4, "reach": None}
+#: towards steepest descent along the rows: the iteration stays in the basin it begins in. "travel": the same, how far
+#: (l) a place of the strip may go in a step. None: as far as they lead.
+OPTIONS: dict[str, Any] = {"tol": 1e-10, "max_iter": 1000, "mu_init": 1e-4, "reach": None, "travel": None}
 #: Ipopt's codes for how it ended.
 SOLVED, SMALL, MOST, STOPPED, NO_STEP, NOT_FINITE = 0, 3, -1, 5, -2, -13
 MESSAGES = {
@@ -125,6 +126,17 @@ class _Problem:
         out = np.empty(self.n + self.k)
         out[: self.n] = np.bincount(self.columns, values * y[self.rows], minlength=self.n)
         out[self.n :] = -y[self.one_sided]
+        return out
+
+    def reach(self, w: FloatArray, share: float | None, travel: float | None) -> FloatArray | None:
+        """How far each of w may go in a step, by a share of its size and a travel of places; None: no end."""
+        if share is None and travel is None:
+            return None
+        out = np.full(w.size, np.inf) if share is None else share * (1.0 + np.abs(w))
+        if travel is not None:
+            whole = np.full(self.free.size, np.inf)
+            self.problem.layout.positions(whole)[:] = travel
+            out[: self.n] = np.minimum(out[: self.n], whole[self.free])
         return out
 
     def spread(self, z_l: FloatArray, z_u: FloatArray) -> FloatArray:
@@ -388,12 +400,12 @@ def _searched(at: _Iteration, factor: Factor, weights: FloatArray, dw: FloatArra
 
 
 def _within(
-    at: _Iteration, reach: float, factor: Factor, weights: FloatArray, dw: FloatArray, dy: FloatArray
+    at: _Iteration, reach: FloatArray, factor: Factor, weights: FloatArray, dw: FloatArray, dy: FloatArray
 ) -> tuple[Factor, FloatArray, FloatArray, FloatArray]:
-    """Factor, weights and step with the first shift delta that keeps the step within `reach`, from a little below the
-    last one on, growing by _DAMPED."""
+    """Factor, weights and step with the first shift delta that keeps the step within `reach` (of each of w), from a
+    little below the last one on, growing by _DAMPED."""
     delta = max(_DELTA_REACH, at.damping / _DAMPED**2)
-    while float((np.abs(dw) / (1.0 + np.abs(at.w))).max(initial=0.0)) > reach and delta < _DELTA_REACH_MOST:
+    while float((np.abs(dw) / reach).max(initial=0.0)) > 1.0 and delta < _DELTA_REACH_MOST:
         found = at.factor(delta)
         if found is None:
             break
@@ -450,8 +462,9 @@ def minimise(
             break
         factor, weights = found
         dw, dy = at.step(factor, weights, at.c)
-        if chosen["reach"] is not None:
-            factor, weights, dw, dy = _within(at, chosen["reach"], factor, weights, dw, dy)
+        reach = p.reach(at.w, chosen["reach"], chosen["travel"])
+        if reach is not None:
+            factor, weights, dw, dy = _within(at, reach, factor, weights, dw, dy)
         if not np.all(np.isfinite(dw)):
             code = NOT_FINITE
             break

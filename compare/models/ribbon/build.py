@@ -142,6 +142,7 @@ def build_arguments(scene: Scene) -> dict[str, Any]:
         "in_plane": scene.model.in_plane,
         "tip": None if scene.tip is None else scene.tip_force,
         "apart": scene.apart,
+        "round_rod": scene.round_rod,
     }
 
 

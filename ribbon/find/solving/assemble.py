@@ -55,7 +55,7 @@ def assembled(request: Request) -> Problem:
         strip=request.strip, start=start, end=end, closure=closure, walls=request.walls, gravity=request.gravity,
         energy=request.energy, lengths=request.lengths, held_by=request.held_by, reference=_reference(request),
         model=chosen, stiffness=request.stiffness, in_plane=request.in_plane, tip=request.tip,
-        apart=request.apart or 0.0,
+        apart=request.apart or 0.0, round=request.round_rod,
     )  # fmt: skip
     check.rulings(mixed)
     return mixed

@@ -40,6 +40,7 @@ class StripKeywords(TypedDict, total=False):
     in_plane: bool | None
     tip: ArrayLike | None
     apart: float | None
+    round_rod: bool
 
 
 class SolveKeywords(StripKeywords, total=False):
@@ -77,6 +78,7 @@ class Request:
     stiffness: str | None
     in_plane: bool | None
     apart: float | None = None
+    round_rod: bool = False
 
     def __post_init__(self) -> None:
         for name, clamp in (("start", self.start), ("end", self.end)):
@@ -101,6 +103,7 @@ class Request:
         in_plane: bool | None = None,
         tip: ArrayLike | None = None,
         apart: float | None = None,
+        round_rod: bool = False,
     ) -> Request:
         """The request of these keywords of `ribbon.solve`.
 
@@ -123,6 +126,7 @@ class Request:
             stiffness=stiffness,
             in_plane=in_plane,
             apart=apart,
+            round_rod=round_rod,
         )
 
     @classmethod
@@ -134,6 +138,7 @@ class Request:
             formulation=problem.formulation, stiffness=problem.stiffness, in_plane=problem.in_plane,
             held_by=problem.held_by if isinstance(problem, MixedProblem) else "elimination",
             apart=(problem.apart or None) if isinstance(problem, MixedProblem) else None,
+            round_rod=isinstance(problem, MixedProblem) and problem.round,
         )  # fmt: skip
 
 

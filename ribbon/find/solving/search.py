@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ribbon.find import apart, contacts, nested, other_models, relax, stretched
+from ribbon.find import apart, contacts, nested, other_models, relax, snap, stretched
 from ribbon.find.solving import saddle
 from ribbon.find.solving.request import How, Options, Progress
 from ribbon.find.solving.verdict import judged
@@ -27,7 +27,10 @@ def from_state(problem: Problem, x: FloatArray, how: How, warm: Warm | None = No
     if stretched.is_stretched(problem):
         return stretched.straight(problem)
     state = once(problem, x, how, warm)
-    return saddle.left(state, how, once) if how.leave_saddle else state
+    if not how.leave_saddle:
+        return state
+    keeps = isinstance(problem, MixedProblem) and problem.apart
+    return snap.left(state, how) if keeps else saddle.left(state, how, once)
 
 
 def from_shape(problem: Problem, omega: FloatArray, eta: FloatArray, how: How) -> Equilibrium:

@@ -32,13 +32,14 @@ _STATIONARY = (Status.CONVERGED, Status.SADDLE)
 class _Measured:
     """What is measured at a minimiser's end: energies by part, the judged stability (None: not judged), the steepest
     ruling |n| w / 2, how far (l) the strip reaches beyond a wall (None: no walls), by how much (l) its parts are nearer
-    to each other than they are kept (0: they are not, or may be)."""
+    to each other than they are kept (0: they are not, or may be), and at which abscissae (l)."""
 
     parts: FloatArray
     check: stability.Stability | None
     steepest: float
     behind: float | None
     too_near: float = 0.0
+    where: tuple[float, float] = (0.0, 0.0)
 
 
 def judged(problem: Problem, minimum: Minimum, how: How) -> Equilibrium:
@@ -84,11 +85,12 @@ def _measured(problem: Problem, minimum: Minimum, parts: FloatArray, wanted: boo
     steepest = 0.0
     if not problem.fields.free:
         steepest = float(np.abs(problem.parameters(minimum.x)[:, 2]).max() * problem.half_width)
-    near = 0.0
+    near, where = 0.0, (0.0, 0.0)
     if isinstance(problem, MixedProblem) and problem.apart and finite:
         gaps = nearness.minima(problem, minimum.x, -nearness.TOLERANCE)
-        near = max((-gap for gap, _ in gaps), default=0.0)
-    return _Measured(parts, check, steepest, penetration.deepest(problem, minimum.x), near)
+        if gaps:
+            near, where = -gaps[0][0], (gaps[0][1].s, gaps[0][1].s_other)
+    return _Measured(parts, check, steepest, penetration.deepest(problem, minimum.x), near, where)
 
 
 def _verdict(problem: Problem, minimum: Minimum, at: _Measured, how: How) -> tuple[Status, Message, float | None]:
@@ -100,7 +102,11 @@ def _verdict(problem: Problem, minimum: Minimum, at: _Measured, how: How) -> tup
     if behind and how.hold:
         return Status.NOT_CONVERGED, Message.of(Note.BEHIND, depth=at.behind), None
     if at.too_near > nearness.TOLERANCE:
-        return Status.NOT_CONVERGED, Message.of(Note.TOO_NEAR, depth=at.too_near), None
+        return (
+            Status.NOT_CONVERGED,
+            Message.of(Note.TOO_NEAR, depth=at.too_near, s=at.where[0], other=at.where[1]),
+            None,
+        )
     error = quadrature.error(problem, minimum.x, float(at.parts[0]))
     if error is not None and not error <= quadrature.TOLERANCE:
         return Status.NOT_CONVERGED, Message.of(Note.QUADRATURE, error=error), error

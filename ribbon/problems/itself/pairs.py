@@ -39,25 +39,35 @@ BoolArray = NDArray[np.bool_]
 #: How far (of a segment's length) a minimum may lie beyond the ends of its segment, on the element continued there.
 _BEYOND = 1e-2
 #: Steps of the search for the nearest places, and their last one (l).
-_STEPS, _FOUND = 30, 1e-13
+_STEPS, _FOUND = 30, 1e-8
+#: Least eigenvalue of f_tt, over its largest, below which parts lie along each other.
+_VALLEY = 0.05
 #: Least eigenvalue of f_tt, over its largest, that tells where a minimum is.
 _FLAT = 1e-9
 
 
 class Pair(NamedTuple):
     """Two places that are held apart: abscissae s < s_other and places u, u_other on their rulings, l; held: whether
-    these two are as they are (opposite rulings are parallel), or slide too."""
+    these two are as they are (opposite rulings are parallel; a round rod), or slide too; stays: whether s is as it is
+    (parts lie along each other, and no place is nearest)."""
 
     s: float
     u: float
     s_other: float
     u_other: float
     held: bool = False
+    stays: bool = False
 
     def at(self, places: FloatArray) -> Pair:
         """The pair at other places (s, u, s_other, u_other)."""
         s, u, s_other, u_other = map(float, places)
-        return Pair(s, u, s_other, u_other, self.held)
+        return Pair(s, u, s_other, u_other, self.held, self.stays)
+
+    def ordered(self) -> Pair:
+        """With the place first that comes first, where either may: what stays stays first."""
+        if self.stays or self.s <= self.s_other:
+            return self
+        return self._replace(s=self.s_other, u=self.u_other, s_other=self.s, u_other=self.u)
 
 
 class _Side(NamedTuple):
@@ -132,8 +142,8 @@ class PairRows:
     @cached_property
     def _loose(self) -> BoolArray:
         """Which of t (k, 4) slide."""
-        held = np.array([pair.held for pair in self.pairs])
-        return np.stack([np.ones_like(held), ~held, np.ones_like(held), ~held], axis=1)
+        held, stays = np.array([(pair.held, pair.stays) for pair in self.pairs]).T
+        return np.stack([~stays, ~held, np.ones_like(held), ~held], axis=1)
 
     @cached_property
     def _room(self) -> tuple[FloatArray, FloatArray]:
@@ -249,11 +259,12 @@ class PairRows:
         f, slope, curved = self._slopes(*self._both(x, t))
         trust = np.full(self.count, 0.1)
         for _ in range(_STEPS):
+            if not np.isfinite(curved).all():  # a minimiser's trial that is no shape
+                break
             bound = ((t <= low) & (slope > 0.0)) | ((t >= high) & (slope < 0.0))
             moves = self._loose & ~bound
             step = np.clip(t + _steps(slope, curved, moves, trust), low, high) - t
-            if float(np.abs(step).max(initial=0.0)) <= _FOUND:
-                break
+            last = float(np.abs(step).max(initial=0.0)) <= _FOUND  # the error behind it is its square
             tried = self._slopes(*self._both(x, t + step))
             better = tried[0] <= f + 1e-16
             trust = np.where(better, np.minimum(2.0 * trust, 0.1), 0.25 * np.abs(step).max(axis=1))
@@ -262,6 +273,8 @@ class PairRows:
                 np.where(better.reshape(-1, *(1,) * (new.ndim - 1)), new, old)
                 for new, old in zip(tried, (f, slope, curved), strict=True)
             )
+            if last:
+                break
         return t, self._loose & (t > low) & (t < high)
 
     def _at(self, x: FloatArray) -> dict[str, Any]:
@@ -287,6 +300,17 @@ class PairRows:
         """By how much (k,) the places are farther from each other than `distance`, l."""
         one, other = self.ends(x)
         return np.asarray(np.linalg.norm(one - other, axis=1) - self.distance)
+
+    def along(self, x: FloatArray) -> BoolArray:
+        """Whether parts lie along each other at the places (k,): one of both could as well be elsewhere."""
+        here = self._at(x)
+        held = np.array([pair.held for pair in self.pairs])
+        moves = np.stack([np.ones_like(held), ~held, np.ones_like(held), ~held], axis=1)
+        found = np.zeros(self.count, dtype=bool)
+        for k, which in enumerate(moves):
+            values = np.linalg.eigvalsh(here["curved"][k][np.ix_(which, which)])
+            found[k] = values[0] < _VALLEY * values[-1]
+        return found
 
     def beyond(self, x: FloatArray) -> IntArray:
         """On which side (k, 2) of its segment the nearest place would lie further: -1, 1, or 0 where it is inside."""

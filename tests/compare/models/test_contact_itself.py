@@ -146,3 +146,20 @@ def test_a_coil_in_a_tube_by_the_elastica():
             scene.replace(away)
         assert caught.value.key == "model.energy"
         assert "obstacle_0" in caught.value.problem
+
+
+def test_a_round_rod_touches_itself_at_its_centreline():
+    """In a plane a round rod and a strip of the same thickness lie on themselves alike, with one pair and not two."""
+    changes = {"model.energy": "kirchhoff", "model.in_plane": False, "strip.poisson": 0.3, "strip.thickness": 0.01}
+    strip = loads(FOLD, "fold").replace(changes)
+    rod = strip.replace({"contact.section": "round"})
+    assert rod.round_rod
+    assert not strip.round_rod
+    found = [solve(scene) for scene in (strip, rod)]
+    assert all(state.ok for state in found)
+    pushes = [
+        [float(np.linalg.norm(pair["force"])) for pair in state_result(scene, state)["contacts"]]
+        for scene, state in zip((strip, rod), found, strict=True)
+    ]
+    assert len(pushes[0]) == 2
+    assert sum(pushes[1]) == pytest.approx(sum(pushes[0]), rel=2e-3)

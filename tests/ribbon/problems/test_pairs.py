@@ -42,7 +42,9 @@ def faced(energy: str, pair: Pair):
 
 
 @pytest.mark.parametrize("energy", ["wunderlich", "finite", "kirchhoff"])
-@pytest.mark.parametrize("pair", [Pair(0.1, 0.02, 0.8, -0.03), Pair(0.08, 0.05, 0.8, -0.04, True)])
+@pytest.mark.parametrize(
+    "pair", [Pair(0.1, 0.02, 0.8, -0.03), Pair(0.08, 0.05, 0.8, -0.04, True), Pair(0.1, 0.0, 0.8, 0.0, True, True)]
+)
 def test_derivatives_have_their_orders(energy, pair):
     problem, x, rng = faced(energy, pair)
     rows = problem.pair_rows()

@@ -1,0 +1,102 @@
+"""Where a strip goes that leaves an equilibrium, without going through itself: downhill by short steps.
+
+No place goes farther in a step than a part of the distance that parts keep, and all that could meet in the steps before
+the next look is held apart: what is far from each other then cannot pass. The way is that of a minimiser, not of a
+strip with mass: which of several equilibria it ends in is not decided by mechanics.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon.find import apart
+from ribbon.find.solving.request import How, Options, Progress
+from ribbon.find.solving.verdict import judged
+from ribbon.judge import nearness
+from ribbon.problems.mixed import MixedProblem
+from ribbon.result import Equilibrium, Status
+from ribbon.solvers import newton_rows
+from ribbon.solvers.budget import spent
+from ribbon.solvers.problem import Minimum
+
+FloatArray = NDArray[np.float64]
+
+#: How far a place may go in a step, over the distance to be kept; steps between two looks; looks.
+_TRAVEL, _STEPS, _LOOKS = 0.125, 4, 120
+#: Steps between two looks where it hardly moves any more.
+_MOST = 64
+#: How far an unstable state is moved along its mode, over the distance to be kept.
+_KICK = 0.2
+#: Unstable states that are left in turn.
+_DEPARTURES = 6
+
+
+def downhill(
+    problem: MixedProblem, x: FloatArray, options: Options | None = None, progress: Progress | None = None
+) -> tuple[MixedProblem, Minimum]:
+    """The problem with the pairs of places that its equilibrium needs, and the equilibrium, from unknowns x (n,) near
+    its rows; one that has not arrived where none is found."""
+    travel = _TRAVEL * problem.apart
+    chosen = {"mu_init": 1e-5, **(options or {}), "travel": travel, "max_iter": _STEPS}
+    minimum: Minimum | None = None
+    iterations = 0
+    for _ in range(_LOOKS):
+        near = nearness.minima(problem, x, 2.0 * travel * _STEPS)
+        fresh = problem.with_changes(pairs=apart.around(problem, [pair for _, pair in near]))
+        fresh = fresh.anchored(problem.anchor(x))
+        fresh.counters.add(problem.counters)
+        warm = None if minimum is None else (apart.rows_of(problem, fresh, minimum), minimum.multipliers)
+        minimum = newton_rows.minimise(fresh, x, chosen, progress, warm)
+        iterations += minimum.iterations
+        moved = float(np.abs(problem.layout.positions(minimum.x) - problem.layout.positions(x)).max())
+        problem, x = fresh, minimum.x
+        chosen["max_iter"] = _STEPS if moved > travel else min(2 * chosen["max_iter"], _MOST)
+        if minimum.finished or spent() or not np.all(np.isfinite(x)):
+            break
+        if minimum.code not in (newton_rows.SOLVED, newton_rows.MOST):
+            minimum = None
+            chosen["mu_init"] = 1e-4
+    assert minimum is not None
+    return problem, replace(minimum, iterations=iterations)
+
+
+def landed(problem: MixedProblem, x: FloatArray, how: How) -> Equilibrium:
+    """The equilibrium that lies downhill of the unknowns x (n,)."""
+    options = {key: value for key, value in (how.options or {}).items() if key != "max_iter"}
+    found, minimum = downhill(problem, x, options, how.progress)
+    found, minimum = apart.kept(found, minimum, options, how.progress)
+    return judged(found, minimum, how)
+
+
+def left(first: Equilibrium, how: How) -> Equilibrium:
+    """The equilibrium that `first` is left for while it is unstable, along its unstable mode, of both ways the lower;
+    `first` itself where it is stable or nothing lower is found."""
+    state = first
+    for _ in range(_DEPARTURES):
+        if state.status is not Status.SADDLE or spent():
+            break
+        found = min(
+            _beside(state, replace(how, leave_saddle=False)), key=lambda e: (not e.ok, e.energy.total), default=None
+        )
+        if found is None:
+            break
+        state = found
+    return state
+
+
+def _beside(saddle: Equilibrium, how: How) -> list[Equilibrium]:
+    """Equilibria lower than a saddle, to both sides of it."""
+    problem = saddle.problem
+    assert isinstance(problem, MixedProblem)
+    size = float(np.abs(problem.layout.positions(saddle.mode)).max())
+    if not size > 0.0:
+        return []
+    found = []
+    for side in (1.0, -1.0):
+        state = landed(problem, saddle.x + side * _KICK * problem.apart / size * saddle.mode, how)
+        if state.status in (Status.CONVERGED, Status.SADDLE) and state.energy.total < saddle.energy.total:
+            found.append(state)
+    return found
