@@ -14,8 +14,8 @@ from tests.validation.number import Number
 
 WIDTHS = {"30": 1.0 / 30.0, "10": 0.1, "5": 0.2}
 RATIOS = (10.0, 25.0, 50.0, 100.0)
-#: Elements along and across, each twice the ones before; grading as in shell_bands. Of the widest band the coarsest mesh
-#: of the others is none: directors stand over 60 degrees off the normals.
+#: Elements along and across, each twice the ones before; grading as in shell_bands. The coarsest is none for the
+#: widest band: directors stand over 60 degrees off the normals.
 NARROW = ((50, 3), (100, 6), (200, 12))
 MESHES = {"30": NARROW, "10": NARROW, "5": ((100, 6), (200, 12), (400, 24))}
 
