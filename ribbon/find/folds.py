@@ -35,6 +35,8 @@ _BENT, _TILTED, _STEEP = (1.5, 2.5, 3.5), (0.3, 0.7, 1.2), 0.8
 _HOW = {"mu_init": 1e-3, "max_iter": 250}
 #: Least segments of a fold's half period; energies (relative) that are the same; residual of the whole band.
 _LEAST, _SAME, _EXACT = 4, 1e-6, 1e-10
+#: Segments for each half turn on which folds are looked for.
+_FEW = 40
 #: Difference of segments (relative) up to which they are equal.
 _EQUAL = 1e-9
 #: Part of the largest omega by which images of places may differ.
@@ -66,7 +68,16 @@ def fitting(problem: MixedProblem) -> MixedProblem:
 
 def states(problem: MixedProblem) -> Iterator[Minimum]:
     """Stationary bands of as many half turns as were asked for, by their energy; behind them those of as many folds
-    that have others, as the figure of eight, whose half turns undo each other where it crosses itself."""
+    that have others, as the figure of eight, whose half turns undo each other where it crosses itself.
+
+    Folds are looked for on few segments, where none hold creases of their own, and followed to many.
+    """
+    most = _FEW * _folds(problem)
+    if problem.lengths.size > most:
+        few = problem.with_changes(lengths=np.full(most, 1.0 / most))
+        followed = (beside(few, one.x, problem) for one in states(few))
+        yield from (one for one in followed if one is not None)
+        return
     band, fold = _on_equal_segments(problem)
     if fold is None:
         return

@@ -175,7 +175,9 @@ def _mixed_once(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: re
     if abs(lowest) <= _MOST_TOLERANCE:
         tolerance = min(MIXED_INDIFFERENT * max(1.0, second.largest()), _MOST_TOLERANCE)
     stable = lowest >= -tolerance
-    negative = 0 if stable else second.below(-tolerance)
+    negative = 0
+    if not stable:  # motions that nothing resists, such as a band's along itself, are zero to rounding
+        negative = second.below(-min(MIXED_INDIFFERENT * max(1.0, second.largest()), _MOST_TOLERANCE))
     return Stability(lowest, mode, x, stable, abs(lowest) <= tolerance, held.bounds, negative)
 
 

@@ -126,3 +126,20 @@ def test_the_shell_alone_finds_the_same_band(tmp_path):
     assert alone.lowest_eigenvalue == pytest.approx(near.lowest_eigenvalue, rel=1e-2)
     assert alone.stable
     assert near.stable
+
+
+@pytest.mark.shell
+def test_saddles_of_four_half_turns_are_compared(tmp_path):
+    """Ribbon and shell have the same half turns, both unstable, and a distance with its errors."""
+    pytest.importorskip("dolfinx")
+    scene = loads(BAND).replace({
+        "closure.kind": "circle", "closure.half_turns": 4, "strip.width": 1.5, "shell.width_to_thickness": [25],
+        "shell.elements": [64, 4],
+    })  # fmt: skip
+    found = compare(scene, CaseStore(tmp_path), Reporter(quiet=True), bare=True)
+    (row,) = found.rows
+    assert not found.ok
+    assert (found.fast.stable, row.stable, row.status, row.start) == (False, False, "unstable", "ribbon")
+    assert row.same_state is True
+    assert row.hausdorff == pytest.approx(5.5e-3, rel=0.3)
+    assert row.shell_error < 0.5 * row.hausdorff

@@ -10,6 +10,7 @@ from shellref import ShellOptions, ShellProblem, ShellStatus, ShellSurface
 pytest.importorskip("dolfinx")
 pytestmark = pytest.mark.shell
 
+from shellref.band.turns import half_turns as turned  # noqa: E402
 from shellref.path.begin import begun  # noqa: E402
 from shellref.path.solve import solve  # noqa: E402
 from tests.reference.bent_section import stiffness  # noqa: E402
@@ -178,3 +179,13 @@ def test_the_mesh_resists_sliding_as_its_energy_says():
     fine = replace(MOEBIUS, elements=(72, 4))
     assert abs(find(fine, slid(own.surface, 0.25 / 72.0)).result.residual["sliding"]) < 0.02 * abs(rise)
     assert "sliding" not in find(RING).result.residual
+
+
+@pytest.mark.parametrize(("half_turns", "modes"), [(4, 1), (-5, 2)])
+def test_more_half_turns_are_kept_as_saddles(half_turns, modes):
+    """By its own path, from the twisted circle: as many half turns, unstable, its ways down counted."""
+    problem = replace(MOEBIUS, thickness=2e-3, half_turns=half_turns, elements=(80, 6), grading=(1.0, 0.3))
+    found = find(problem).result
+    assert (found.status, found.stable, found.negative_eigenvalues) == (ShellStatus.UNSTABLE, False, modes)
+    assert "kept" in found.message
+    assert abs(turned(found.surface, problem.width, half_turns)) == pytest.approx(abs(half_turns), abs=1e-6)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import cache
 from pathlib import Path
 
@@ -15,19 +14,21 @@ from compare.models import solve
 from compare.models.base import Options, State
 from compare.models.half_turns import CROSSING, nearest
 from compare.scene.scene import Scene, loads
-from ribbon import Closure, Strip
+from ribbon import Closure, Strip, refine
 from ribbon import solve as solve_ribbon
 from ribbon.result import Equilibrium, Status
 from tests.validation import page
 from tests.validation.number import Number
 
 #: Half turns, w / l and w/h of the shells; segments of a ribbon, and elements of a shell, for each half turn.
-TURNS, WIDTH, RATIOS = (2, 3, 4, 5, 6, 7, 8, 9), 0.02, (25.0, 50.0)
+TURNS, SHELLS, WIDTH, RATIOS = (2, 3, 4, 5, 6, 7, 8, 9), (2, 3, 4, 5, 6), 0.02, (25.0, 50.0)
 SEGMENTS, ALONG, ACROSS = 40, 16, 6
+#: Half turns of which the widest band is looked for.
+WIDEST = (9,)
 #: Energies of the ribbon without a thickness, and one with.
 ENERGIES, RICHER = ("sadowsky", "wunderlich", "kirchhoff"), "extensible"
-#: Steps in n w / l in which the widest band of n folds is looked for.
-STEP, FIRST, MOST = 0.005, 0.1, 0.5
+#: To what the widest band of n folds is looked for in n w / l, and between what.
+STEP, FIRST, MOST = 0.01, 0.3, 0.5
 
 
 def closure(n: int) -> Closure:
@@ -70,14 +71,13 @@ def distance(n: int, ratio: float, there: State, energy: str) -> float | None:
 
 @cache
 def widest(n: int) -> float:
-    """The largest n w / l, in steps of `STEP`, at which a band of n folds is found (Wunderlich)."""
-    found = 0.0
-    for k in range(round(FIRST / STEP), math.ceil(MOST / STEP)):
-        state = ribbon(n, "wunderlich", SEGMENTS, k * STEP / n)
-        if state.status not in (Status.CONVERGED, Status.SADDLE):
-            break
-        found = k * STEP
-    return found
+    """The largest n w / l, to `STEP`, at which a band of n folds is found (Wunderlich), by halving."""
+    low, high = FIRST, MOST
+    while high - low > STEP:
+        middle = 0.5 * (low + high)
+        state = ribbon(n, "wunderlich", SEGMENTS, middle / n)
+        low, high = (middle, high) if state.status in (Status.CONVERGED, Status.SADDLE) else (low, middle)
+    return low
 
 
 def ribbons(numbers: dict[str, Number]) -> str:
@@ -86,7 +86,8 @@ def ribbons(numbers: dict[str, Number]) -> str:
     for n in TURNS:
         cells = [str(n)]
         for energy in (*ENERGIES, RICHER):
-            few, many = (ribbon(n, energy, count) for count in (SEGMENTS, 2 * SEGMENTS))
+            few = ribbon(n, energy, SEGMENTS)
+            many = refine(few)
             if many.status not in (Status.CONVERGED, Status.SADDLE):
                 cells += ["none", "-", "-"]
                 continue
@@ -97,8 +98,8 @@ def ribbons(numbers: dict[str, Number]) -> str:
             cells += [f"{many.energy.total:.3f}", f"{error:.1e}", str(many.unstable_modes)]
             numbers[f"{energy}_{n}"] = Number(many.energy.total, error, "D w / l", ".2f")
             numbers[f"{energy}_{n}_down"] = Number(float(many.unstable_modes or 0), 0.0, "", ".0f")
-        wide = "-" if n == 2 else f"{widest(n):.3f}"
-        if n > 2:
+        wide = f"{widest(n):.2f}" if n in WIDEST else "-"
+        if n in WIDEST:
             numbers[f"widest_{n}"] = Number(widest(n), STEP, "", ".3f")
         rows.append([*cells, wide])
     heads = ["half turns"]
@@ -110,12 +111,11 @@ def ribbons(numbers: dict[str, Number]) -> str:
 def shells(numbers: dict[str, Number]) -> str:
     """The table of the shells."""
     rows = []
-    s = np.linspace(0.0, 1.0, 400, endpoint=False)
-    for n in TURNS:
+    for n in SHELLS:
         for ratio in RATIOS:
             state = shell(n, ratio)
             if not state.stands or state.energy is None or state.shape is None:
-                rows.append([str(n), f"{ratio:g}", state.word, *["-"] * 6])
+                rows.append([str(n), f"{ratio:g}", state.word, *["-"] * 5])
                 continue
             error = (state.errors.get("energy") or {}).get("elastic")
             far = [distance(n, ratio, state, energy) for energy in ("wunderlich", RICHER)]
@@ -125,18 +125,18 @@ def shells(numbers: dict[str, Number]) -> str:
             numbers[f"shell_{n}_{ratio:g}_down"] = Number(float(down), 0.0, "", ".0f")
             rows.append([
                 str(n), f"{ratio:g}", "stable" if state.stable else "saddle", f"{energy:.3f}",
-                "-" if error is None else f"{error:.1e}", str(down), f"{nearest(state.shape.centreline(s)):.3f}",
+                "-" if error is None else f"{error:.1e}", str(down),
                 *("-" if one is None else f"{one:.1e}" for one in far),
             ])  # fmt: skip
             print(f"  {rows[-1]}", flush=True)
-    heads = ["half turns", "w/h", "state", "energy", "error", "ways down", "nearest", "wunderlich far", f"{RICHER} far"]
+    heads = ["half turns", "w/h", "state", "energy", "error", "ways down", "wunderlich far", f"{RICHER} far"]
     return page.table(heads, rows)
 
 
 PROBES = {
-    "wunderlich_5": lambda: ribbon(5, "wunderlich", 2 * SEGMENTS).energy.total,
-    "wunderlich_5_down": lambda: float(ribbon(5, "wunderlich", 2 * SEGMENTS).unstable_modes or 0),
-    "kirchhoff_9": lambda: ribbon(9, "kirchhoff", 2 * SEGMENTS).energy.total,
+    "wunderlich_5": lambda: refine(ribbon(5, "wunderlich", SEGMENTS)).energy.total,
+    "wunderlich_5_down": lambda: float(refine(ribbon(5, "wunderlich", SEGMENTS)).unstable_modes or 0),
+    "kirchhoff_9": lambda: refine(ribbon(9, "kirchhoff", SEGMENTS)).energy.total,
     "shell_4_25": lambda: float(shell(4, 25.0).energy.elastic),
 }
 
@@ -148,17 +148,17 @@ def run(out: Path) -> dict[str, Number]:
     page.write(
         out / "half_turns.md", "Bands of two to nine half turns", "python -m tests.validation half_turns",
         f"Free bands without weight, w/l = {WIDTH}, nu = 0.3, which may pass through themselves. Each is alike about "
-        "as many axes as it has half turns: one fold of it is minimised, the whole band is a stationary point, its half "
+        "as many axes as it has half turns: one fold is minimised, the whole band is a stationary point, its half "
         "turns are counted by linking numbers and its ways down (unstable modes) by inertia. Energies in D w / l on "
         f"{2 * SEGMENTS} segments a half turn, errors: change from half as many; {RICHER}: at w/h = {RATIOS[0]:g}. "
-        "largest n w/l: the widest band of n folds that Wunderlich's energy has, in steps of "
+        "largest n w/l: the widest band of n folds that Wunderlich's energy has, to "
         f"{STEP}: beyond, rulings would cross.",
         "Beyond three half turns no band of this kind is stable: what it is left for passes through itself and ends "
         "with fewer. Two half turns of a strip without thickness are the figure of eight, at any width, whose middle "
         "line crosses itself, so that they cannot be counted (in brackets); with a thickness both passages part.",
         lines, "## Shells",
-        f"By their own path, {ALONG} elements along for each half turn and {ACROSS} across; errors: change from half as "
-        "many each way. nearest: least distance (l) of the middle line from itself; far: distance (l) to the ribbon of "
+        f"By their own path, {ALONG} elements along a half turn and {ACROSS} across; errors: change from half as "
+        "many each way. far: distance (l) to the ribbon of "
         "that energy with the same half turns.",
         surfaces,
     )  # fmt: skip

@@ -14,8 +14,8 @@ from tests.validation.number import Number
 
 WIDTHS = {"30": 1.0 / 30.0, "10": 0.1, "5": 0.2}
 RATIOS = (10.0, 25.0, 50.0, 100.0)
-#: Elements along and across, each twice the ones before; grading as in shell_bands. Of the widest band the coarsest mesh
-#: of the others is none: directors stand over 60 degrees off the normals.
+#: Elements along and across, each twice the ones before; grading as in shell_bands. The coarsest is none for the
+#: widest band: directors stand over 60 degrees off the normals.
 NARROW = ((50, 3), (100, 6), (200, 12))
 MESHES = {"30": NARROW, "10": NARROW, "5": ((100, 6), (200, 12), (400, 24))}
 
@@ -84,14 +84,15 @@ def run(out: Path) -> dict[str, Number]:
     page.write(
         out / "shell_bands_mesh.md", "Shells of Moebius bands on three meshes",
         "python -m tests.validation shell_bands_mesh",
-        "Free bands of one half turn, nu = 0.3: elastic energy in D w / l on three meshes, each half the one before both "
-        "ways (50 x 3, 100 x 6, 200 x 12; of w/l = 1/5 100 x 6, 200 x 12, 400 x 24, as on 50 x 3 its directors stand over "
-        "60 degrees off the normals), graded across as in [shell_bands](shell_bands.md); the coarsest by its own path, the others begun at "
-        "the one before. order: of the changes; limit: by that order (Richardson); error: how far the finest mesh is "
-        "from it, at least a third of the last change. Where changes are not even, one falling and one rising or below "
-        "the order 0.5, there is no order: the limit is then the finest mesh's energy, its error the last change. "
-        "Lowest eigenvalue of the two finer meshes, D / (areal mass l^4). stretched: by over 5 %, beyond what the "
-        "shell's law is meant for.",
+        "Free bands of one half turn, nu = 0.3: elastic energy in D w / l on three meshes, each half the one "
+        "before both ways (50 x 3, 100 x 6, 200 x 12; of w/l = 1/5 100 x 6, 200 x 12, 400 x 24, as on 50 x 3 "
+        "its directors stand over 60 degrees off the normals), graded across as in "
+        "[shell_bands](shell_bands.md); the coarsest by its own path, the others begun at the one before. "
+        "order: of the changes; limit: by that order (Richardson); error: how far the finest mesh is from it,"
+        " at least a third of the last change. Where changes are not even, one falling and one rising or "
+        "below the order 0.5, there is no order: the limit is then the finest mesh's energy, its error the "
+        "last change. Lowest eigenvalue of the two finer meshes, D / (areal mass l^4). stretched: by over 5 "
+        "%, beyond what the shell's law is meant for.",
         page.table(heads, rows),
     )  # fmt: skip
     return numbers
