@@ -45,11 +45,7 @@ def takers(scene: Scene) -> tuple[str, ...]:
     shell does, if need be with a thickness given to it."""
     found = []
     for known in entries():
-        if (
-            known.energies
-            and known.name != USUAL
-            and _takes(known.name, scene, {"model.energy": known.energies[0]})
-        ):
+        if known.energies and known.name != USUAL and _takes(known.name, scene, {"model.energy": known.energies[0]}):
             found.append(known.energies[0])
     thick = scene.strip.thickness is not None or scene.shell.width_to_thickness
     if _takes(RICHEST, scene, {} if thick else {"shell.width_to_thickness": [ANY_RATIO]}):

@@ -9,9 +9,9 @@ from pathlib import Path
 from compare.page.page import Picture, Surface
 from compare.page.si import for_reader, with_si
 from compare.page.study import Study
-from compare.page.supports import side_by_side
 from compare.pages import comparison as tables
 from compare.pages import result as results
+from compare.pages.models.supports import side_by_side
 from compare.pages.pictures import comparison as figures
 from compare.pages.presenter import presenter
 from compare.pages.written import Written, write_shells
