@@ -11,6 +11,7 @@ from compare.page.si import for_reader, with_si
 from compare.page.study import Study
 from compare.pages import comparison as tables
 from compare.pages import result as results
+from compare.pages.models.supports import side_by_side
 from compare.pages.pictures import comparison as figures
 from compare.pages.presenter import presenter
 from compare.pages.written import Written, write_shells
@@ -34,19 +35,25 @@ def write(out: Path, comparison: Comparison, again: str) -> None:
 
 def study(comparison: Comparison, written: Written, surfaces: Sequence[Surface]) -> Study:
     """A comparison whose surfaces have been written."""
-    table = tables.table(comparison)
+    table, held = tables.table(comparison), side_by_side(comparison.fast, comparison.rows)
     return Study(
         "compare",
         comparison.scene.title,
         verdict=tables.answer(comparison),
-        tables=(for_reader(table, comparison.scene.units),),
+        tables=tuple(for_reader(one, comparison.scene.units) for one in (table, held) if one is not None),
         sentences=tuple(tables.verdict(comparison)),
         pictures=(*_pictures(comparison), *written.pictures),
         surfaces=tuple(surfaces),
-        data={"table.csv": with_si(table, comparison.scene.units), "table.md": table, **written.data},
+        data={
+            "table.csv": with_si(table, comparison.scene.units),
+            "table.md": table,
+            **written.data,
+            **({} if held is None else {"supports.csv": with_si(held, comparison.scene.units)}),
+        },
         files={
             "result.json": "all numbers",
             "table.csv": "the table with full digits",
+            **({} if held is None else {"supports.csv": "forces of ends and walls, every model's"}),
             **written.files,
             **{s.file: f"{s.label}: surface with fields (ParaView)" for s in surfaces if s.of_shell},
         },

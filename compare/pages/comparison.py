@@ -218,7 +218,9 @@ def _laid(comparison: Comparison) -> list[str]:
         words += f", and slid along itself (at w/h = {row.width_to_thickness:g} by {last.slide:.1e} l)"
     if last.mirrored:
         words += "; the mirror image is compared, the band of the other hand"
-    return [f"Nothing holds the band: the {comparison.fast.model} is laid on the shell by least squares, {words}."]
+    what = "strip" if comparison.scene.closure is None else "band"
+    model = comparison.fast.model
+    return [f"Nothing holds the {what}: the {model} is laid on the shell by least squares, {words}."]
 
 
 def _tension(comparison: Comparison) -> list[str]:

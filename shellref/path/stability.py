@@ -15,8 +15,12 @@ from shellref.shell.naghdi import NaghdiModel
 
 MOST_SHIFT = 1e12
 MOST_DESCENT = 120  # iterations of all kicks together
+HASTY = 0.3  # a larger step down from a state that is no equilibrium is tried again, shorter
 FALL = 100.0  # first shift for a strip that falls onto walls, D / (areal mass l^4)
 KICKS = (0.02, 0.05, 0.1, 0.2, 0.4)  # over the size of the surface
+#: Of a surface on walls these first: a fold that touches along one row of nodes is held there as by a hinge, and rests
+#: where it leans on the next row too; a larger kick sends half of it through the wall.
+KICKS_ON_WALLS = (0.001, 0.004)
 
 
 @dataclass(frozen=True)
@@ -115,7 +119,9 @@ def leave_saddle(
         return Attempt(False, state, model.stress(state), 0, np.inf, None, load, "no critical mode was found")
     energy, spent, correction = _energy(equilibrium, state, stage, load), 0, np.inf
     touching = None if equilibrium.contact is None else equilibrium.contact.snapshot()
-    for size in KICKS:
+    small = () if equilibrium.contact is None else KICKS_ON_WALLS
+    most = MOST_DESCENT + len(small) * max_iterations
+    for size in (*small, *KICKS):
         if equilibrium.contact is not None and touching is not None:
             equilibrium.contact.restore(touching)
         attempt = _descend(equilibrium, state, size * mode.vector, abs(mode.value), stage, load, max_iterations)
@@ -124,7 +130,7 @@ def leave_saddle(
         if lower and equilibrium.negative_eigenvalues(attempt.state, stage, load) == 0:
             attempt.iterations, attempt.negative = spent, 0
             return attempt
-        if spent > MOST_DESCENT:
+        if spent > most:
             break
     if equilibrium.contact is not None and touching is not None:
         equilibrium.contact.restore(touching)
@@ -138,7 +144,9 @@ def settled(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: flo
     assert contact is not None
     before = contact.snapshot()
     equilibrium.model.set_control(stage.at(load))
-    attempt = _descend(equilibrium, state, np.zeros_like(state), FALL, stage, load, MOST_DESCENT, unstressed=True)
+    pressed = equilibrium.supports.floating is None  # what falls moves far, what is pressed gives way by little
+    none = np.zeros_like(state)
+    attempt = _descend(equilibrium, state, none, FALL, stage, load, MOST_DESCENT, unstressed=True, gentle=pressed)
     if attempt.converged:
         return attempt
     contact.restore(before)
@@ -162,9 +170,11 @@ def _descend(
     load: float,
     max_iterations: int,
     unstressed: bool = False,
+    gentle: bool = False,
 ) -> Attempt:
     """Mixed Newton from state + kick (nodes, 6) with a falling positive shift; then plain mixed Newton. unstressed: the
-    iteration begins without the stress of its first state."""
+    iteration begins without the stress of its first state; gentle: a step larger than `HASTY` is tried again, shorter.
+    """
     model = equilibrium.model
     kick = kick * np.array([equilibrium.length] * 3 + [1.0] * 3)
     stress, state = model.no_stress() if unstressed else model.stress(state, kick), retract(state, kick)
@@ -185,8 +195,11 @@ def _descend(
                 break
             continue
         correction = equilibrium.largest(step)
-        if not correction < LARGEST_CORRECTION:
-            return Attempt(False, state, stress, iteration, correction, None, load)
+        if not correction < (HASTY if gentle else LARGEST_CORRECTION):
+            if not gentle or shift > MOST_SHIFT:
+                return Attempt(False, state, stress, iteration, correction, None, load)
+            shift = max(4.0 * shift, scale)  # a smaller step down
+            continue
         stress, state = model.stress(state, step), retract(state, step)
         if shift == 0.0 and correction < 1e-3 and not changed:
             attempt = equilibrium.solve(state, stress, stage, load)

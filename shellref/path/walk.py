@@ -102,6 +102,27 @@ class Walker:
             self.know_rate(walk)
             self.journal.point(walk)
 
+    def _on_walls(self, walk: Walk, stress: Stress | None, load: float) -> Stress | None:
+        """Puts the walk where a strip on walls comes to rest from its state, if it does; the stress to go on with.
+
+        A strip that walls carry may stand on one place: without stress it falls over in the first step. One that is
+        pressed between walls is near to giving way to a side, where whole steps of Newton's overshoot: then downwards.
+        """
+        contact = self.equilibrium.contact
+        assert contact is not None
+        before = contact.snapshot()
+        if self.equilibrium.supports.floating is None:
+            attempt = self.equilibrium.solve(walk.point.state, stress, self._stage(walk), load)
+            if attempt.converged:
+                walk.point.state = attempt.state
+                return attempt.stress
+            contact.restore(before)
+        found = settled(self.equilibrium, walk.point.state, self._stage(walk), load)
+        if found is None:
+            return stress
+        walk.point.state = found.state
+        return found.stress
+
     def settle_at_end(self, walk: Walk) -> None:
         """Newton from the walk's state at the end of the last stage: a start that is near the solution."""
         walk.stage = max(len(self.stages) - 1, 0)
@@ -113,11 +134,8 @@ class Walker:
             attempt = self.equilibrium.solve(walk.point.state, stress, self._stage(walk), load)
             stress = attempt.stress if attempt.converged else None
             walk.point.state = attempt.state if attempt.converged else walk.point.state
-        if self.equilibrium.contact is not None and supports.floating is not None:
-            # a strip that walls carry may stand on one place: without stress it falls over in the first step
-            found = settled(self.equilibrium, walk.point.state, self._stage(walk), load)
-            if found is not None:
-                walk.point.state, stress = found.state, found.stress
+        if self.equilibrium.contact is not None:
+            stress = self._on_walls(walk, stress, load)
         self._begin(walk, load, "no equilibrium near the given start in {} iterations", stress)
 
     def _begin(self, walk: Walk, load: float, failure: str, stress: Stress | None = None) -> bool:

@@ -88,6 +88,7 @@ NAMES = (
     "shell_start",
     "shell_thin",
     "shell_walls",
+    "shell_roman",
     "calculix",
     "shell_beside",
     "shell_adaptive",

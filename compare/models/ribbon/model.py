@@ -80,11 +80,10 @@ class RibbonModel(Model):
         """A rod; keys of which one would be ignored."""
         beyond = beyond_the_ribbon(scene)
         if beyond is not None:
-            rod = "elastica" if beyond[0] == "strip.second_moment" else "antman"
-            if beyond[0] == "strip.transverse_curvature" or beyond[0].endswith(".section"):
-                rod = "tape"
-            remedy = f'use ribbonbench solve with model.energy = "{rod}"'
-            return BadInput(beyond[0], None, f"is in the scene: the ribbon {beyond[1]}", remedy)
+            from compare.models.choice import remedy_elsewhere
+
+            problem = f"is in the scene: the ribbon {beyond[1]}"
+            return BadInput(beyond[0], None, problem, remedy_elsewhere(scene, beyond[0]))
         if name_for(scene.model.energy) not in (self.name, "elastica"):
             return BadInput("model.energy", scene.model.energy, "is another model's than the ribbon's")
         if scene.model.tolerance is not None and scene.model.formulation == "matrix":

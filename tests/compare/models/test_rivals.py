@@ -275,3 +275,54 @@ def test_the_unseen_scene_is_compared_in_no_distance(unseen, tmp_path):
     text = another_state(row, found.fast, unseen.units)
     assert f"{row.energy.total:.6g}" in text
     assert f"{found.fast.energy.total:.6g}" in text
+
+
+TABLE = """
+[strip]
+length = 1.0
+width = 0.05
+thickness = 5e-4
+poisson = 0.3
+natural_curvature = 3.0
+gamma = 1.0
+[gravity]
+up = [0.0, 0.0, 1.0]
+[[wall]]
+point = [0.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+[model]
+energy = "wunderlich"
+elements = 24
+"""
+
+
+def test_a_strip_that_nothing_holds_begins_as_the_shape_stands():
+    """A curled strip stands on its ends and middle; from a cup that rests on its middle, of the same curvature, it does
+    not come back to that: the cup is the lower state."""
+    from ribbon.find.solve import solve_shape
+
+    own = model("ribbon").solve(loads(TABLE, "table"), options=Options(error=False))
+    assert own.ok
+    problem = own.native.problem
+    along = np.array([0.0, np.cos(1.5), -np.sin(1.5)])
+    normal = -np.array([0.0, np.sin(1.5), np.cos(1.5)])  # the strip curls away from it
+
+    class Cup:
+        """An arc of curvature 3 whose middle is down."""
+
+        @staticmethod
+        def frames(s):
+            t = along[None, :] * np.cos(3.0 * s)[:, None] - normal[None, :] * np.sin(3.0 * s)[:, None]
+            n = along[None, :] * np.sin(3.0 * s)[:, None] + normal[None, :] * np.cos(3.0 * s)[:, None]
+            return np.stack([np.cross(n, t), n, t], axis=2)
+
+        @staticmethod
+        def centreline(s):
+            return np.tile([0.0, 0.0, 0.9], (s.size, 1))
+
+    found = rivals.near(own.native, Cup())
+    ends, middle = found.position(np.array([0.0, 1.0]))[:, 2], found.position(np.array([0.5]))[0, 2]
+    assert np.all(ends > middle + 0.05)
+    assert found.energy.total < own.energy.total - 0.05
+    plain = solve_shape(problem, *problem.joint_values(found.x))
+    assert plain.position(np.array([0.0]))[0, 2] < 0.05  # without its pose it is the other way up

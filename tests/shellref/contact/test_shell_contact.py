@@ -266,3 +266,27 @@ def test_a_problem_with_walls_is_read_back():
     near = tuple(wall.point for wall in plates(0.25))
     problem = ring(0.28, path=(Waypoint(walls=near),), stiffness=7.0, contact="faces")
     assert ShellProblem.from_dict(problem.to_dict()) == problem
+
+
+@pytest.mark.parametrize("elements", [(60, 2), (72, 2)])
+def test_a_fold_under_a_roof_is_not_left_on_one_row_of_nodes(elements):
+    """Roman's one fold at H = 0.185, nu = 0, touches along a line: on one row of nodes it would turn about that row, a
+    saddle of the mesh and not of the strip, which leans on the next one; roof and energy stay the elastica's."""
+    from compare.models.ribbon.state import RibbonShape  # only a start
+    from compare.models.shell import starting_surface
+    from compare.models.shell_build import shell_options, shell_problem
+    from shellref.path.begin import Beginning
+    from tests.validation.ribbon import roman
+    from tests.validation.shell.shell_roman import scene_of
+
+    scene = scene_of(0.0, 0.185)
+    problem = shell_problem(scene, 400.0, elements)
+    near = starting_surface(RibbonShape(roman.Experiment().folded(1, 0.185, 60)), problem)
+    options = dataclasses.replace(shell_options(scene), begin="given")
+    found, _ = Beginning(problem, options, lambda event: None, None, "self").given(near)
+    assert found is not None
+    assert found.stable is True
+    touched = np.unique(np.asarray(found.walls[1]["points"])[:, 2].round(9))
+    assert len(touched) == 2
+    exact = roman.line_contact(0.185, roman.DELTA, roman.GAMMA).force
+    assert -float(found.walls[1]["force"][1]) == pytest.approx(exact, rel=5e-3)
