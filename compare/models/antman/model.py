@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -32,6 +32,7 @@ from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.models.antman.problem import Walk
+    from compare.models.capabilities import BranchStart
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
     from shellref.rod.result import RodResult
@@ -175,6 +176,16 @@ class AntmanModel(LineModel["Walk", "RodResult"]):
             numbers={"segments": count, "steps": r.steps, "snaps": r.snaps, "reached": r.reached},
             native=r,
         )
+
+    def branch_start(
+        self, scene_at: Callable[[float], Scene], say: Reporter | None = None, *, moving: bool = False
+    ) -> BranchStart:
+        """A branch of the rod (`compare.models.branches.rod`)."""
+        from compare.models.branches.rod import branch_start
+
+        if moving:
+            raise BadInput("--moving", None, "moves elements, and a rod's stay where they are", "leave it out")
+        return branch_start(scene_at, self.solve(scene_at(0.0), options=Options(error=False), say=say))
 
     def switches(self, scene: Scene) -> Sequence[Effect | Switch]:
         """Loads, ends, rest shape, shear and stretch."""
