@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from compare.continuation.point import Point
 from compare.continuation.system import System
-from compare.models.antman.model import RodShape
 from compare.models.antman.problem import problem_of
+from compare.models.antman.shape import RodShape
 from compare.models.base import Shape, State, natural_constant
 from compare.models.capabilities import BranchStart
 from compare.scene.scene import Scene
@@ -154,7 +154,8 @@ class RodEquations:
         nodal, stress = self.split(residual)
         stiffness = self.problem_at(0.0).section.stiffness
         missed = float(np.abs(stress / stiffness).max())
-        noise = 2.0 * np.finfo(float).eps * float(stiffness.max()) / float(np.diff(self.elements.joints).min())
+        shortest = float(np.diff(self.elements.joints).min())
+        noise = 2.0 * float(np.finfo(np.float64).eps) * float(stiffness.max()) / shortest
         rounding = max(1.0, _NOISE * noise)
         size = max(float(np.abs(nodal).max()) / rounding, missed)
         return size if np.isfinite(size) else np.inf
