@@ -67,7 +67,6 @@ NAMES = (
     "twisted_tension",
     "lateral_torsional",
     "shell_shift",
-    "branches_shell",
     "on_edge",
     "shift",
     "shell_curl",

@@ -49,10 +49,7 @@ grading = [1.0, 1.0]
 LOADS = (24.0, 120.0)
 SHIFT, SPAN = "clamp.end.position[1]", (0.01, 0.6)
 #: Models of 7.2: name on the page, word of --model, w/h, elements (of a shell along and across).
-MODELS = (
-    ("shell, w/h = 50", "shell", 50.0, (40, 4)),
-    ("shell, w/h = 100", "shell", 100.0, (40, 4)),
-)
+MODELS = (("shell, w/h = 50", "shell", 50.0, (40, 4)),)
 #: Gamma_c at w/l = 0.05 by bisection on the inertia and another mesh (`shell_lateral`).
 BAND = 14.1918
 HALVINGS, LOCATED = 2, 1e-9
@@ -268,7 +265,7 @@ def run(out: Path) -> dict[str, Number]:
             modes = f"{min(one.unstable)} to {max(one.unstable)}"
             ends.append((name, one.name, span, f"{one.height[0]:.3f} to {one.height[-1]:.3f}", modes, one.ended))
     picture(out / "branches_shell.png", lines, forks)
-    folds = sum("fold" in kind for each in forks.values() for kind in each)
+    folds = sum("fold" in kind and found.limit.settles for each in forks.values() for kind, found in each.items())
     numbers["folds"] = Number(folds, 0, shown="d")
     page.write(
         out / "branches_shell.md",
@@ -291,14 +288,13 @@ def run(out: Path) -> dict[str, Number]:
         page.table(("model", "branch point", "40 x 4", "80 x 8", "160 x 16", "limit", "+-"), table),
         "![Height of the middle over the shift](branches_shell.png)",
         page.table(("model", "branch", "shift", "height", "unstable modes", "ended"), ends),
-        f"Folds on US between its two ends: {folds}. "
+        f"Folds on US between its two ends that are not the mesh's: {folds}. "
         + (
-            "US goes from U to S at ever larger shifts and is stable all along: these shells are lost to a side at one "
-            "shift and come back at the same one. There is no hysteresis."
+            "As far as US is followed it has none: the shell is lost to a side at one shift and comes back at the same."
             if not folds
             else "Between a fold and the branch point there are two stable states: hysteresis."
         ),
         "Not measured here: ribbons' branches (their points of loss are in [shift](shift/README.md)), other widths, "
-        "w/h above 100.",
+        "thinner shells (at w/h = 100 the tilted branch of 40 x 4 elements has folds that finer ones do not have).",
     )
     return numbers
