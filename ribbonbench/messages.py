@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-def send(stream: BinaryIO, head: dict[str, Any], *arrays: FloatArray) -> None:
+def send(stream: IO[bytes], head: dict[str, Any], *arrays: FloatArray) -> None:
     """Write `head` (what JSON knows) and arrays of float64."""
     whole = [np.ascontiguousarray(array, dtype=np.float64) for array in arrays]
     line = json.dumps({"head": head, "shapes": [array.shape for array in whole]})
@@ -21,7 +21,7 @@ def send(stream: BinaryIO, head: dict[str, Any], *arrays: FloatArray) -> None:
     stream.flush()
 
 
-def receive(stream: BinaryIO) -> tuple[dict[str, Any], list[FloatArray]]:
+def receive(stream: IO[bytes]) -> tuple[dict[str, Any], list[FloatArray]]:
     """What `send` wrote. EOFError where the other process is gone."""
     line = stream.readline()
     if not line.endswith(b"\n"):

@@ -30,7 +30,7 @@ LEVELS = (
     ("ribbon.strip", "ribbon.boundary", "ribbon.shown"),
     ("ribbon.law",),
     ("ribbon.errors", "ribbon.forces", "ribbon.notes"),
-    ("shellref.worker",),
+    ("shellref.worker", "shellref.follow"),
     ("shellref", "shellref.path"),
     ("shellref.band",),
     ("shellref.shell",),

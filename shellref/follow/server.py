@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 import numpy as np
 
@@ -68,7 +68,7 @@ class Server:
         raise ShellInputError("do", head["do"], "is nothing that a shell can be asked")
 
 
-def serve(incoming: BinaryIO, outgoing: BinaryIO) -> None:
+def serve(incoming: IO[bytes], outgoing: IO[bytes]) -> None:
     """Answers until nothing more comes."""
     server: Server | None = None
     while True:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from compare.models import keys
+from compare.models.antman.shape import RodShape
 from compare.models.base import (
     Effect,
     Energy,
@@ -22,16 +23,15 @@ from compare.models.base import (
     Status,
     Supports,
     natural_constant,
-    on_strip,
 )  # fmt: skip
 from compare.models.effects.switches import Switch
-from compare.models.line import Line, LineModel, Task, another_model
+from compare.models.line import LineModel, Task, another_model
 from compare.models.quantities.antman import QUANTITIES
-from compare.scene.inputs.law import at
 from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.models.antman.problem import Walk
+    from compare.models.capabilities import BranchStart
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
     from shellref.rod.result import RodResult
@@ -40,38 +40,6 @@ FloatArray = NDArray[np.float64]
 
 _RULING = "a rod's section stays plane: it has no rulings"
 _RIBBON = "how the ribbon beside it is discretised"
-
-#: Fields at the particles: name -> index of the strain.
-STRAINS = {"shear_x": 0, "shear_y": 1, "stretch": 2, "kappa_1": 3, "kappa_2": 4, "kappa_3": 5}
-
-
-@dataclass(frozen=True)
-class RodShape(Line):
-    """The rod as a strip in space; width w / l."""
-
-    result: RodResult
-    width: float
-
-    @property
-    def bend(self) -> float:
-        """Largest curvature about t_x, 1/l."""
-        return float(np.abs(self.result.strains(np.linspace(0.0, 1.0, 501))[:, 3]).max())
-
-    def centreline(self, s: FloatArray) -> FloatArray:
-        """Positions (k, 3)."""
-        return self.result.position(on_strip(s))
-
-    def frames(self, s: FloatArray) -> FloatArray:
-        """Frames (k, 3, 3), columns t_x t_y t_z; t_z normal to the section, which may shear."""
-        return self.result.frames(on_strip(s))
-
-    def along(self, s: FloatArray) -> dict[str, FloatArray]:
-        """energy_density, omega (= kappa_1), and the six strains."""
-        found = self.result.strains(s)
-        problem = self.result.problem
-        natural = at(problem.curvature, s)
-        density = 0.5 * self.result.excess(s) ** 2 @ problem.section.stiffness - 0.5 * natural**2
-        return {"energy_density": density, "omega": found[:, 3], **{k: found[:, i] for k, i in STRAINS.items()}}
 
 
 class AntmanModel(LineModel["Walk", "RodResult"]):
@@ -175,6 +143,16 @@ class AntmanModel(LineModel["Walk", "RodResult"]):
             numbers={"segments": count, "steps": r.steps, "snaps": r.snaps, "reached": r.reached},
             native=r,
         )
+
+    def branch_start(
+        self, scene_at: Callable[[float], Scene], say: Reporter | None = None, *, moving: bool = False
+    ) -> BranchStart:
+        """A branch of the rod (`compare.models.branches.rod`)."""
+        from compare.models.branches.rod import branch_start
+
+        if moving:
+            raise BadInput("--moving", None, "moves elements, and a rod's stay where they are", "leave it out")
+        return branch_start(scene_at, self.solve(scene_at(0.0), options=Options(error=False), say=say))
 
     def switches(self, scene: Scene) -> Sequence[Effect | Switch]:
         """Loads, ends, rest shape, shear and stretch."""

@@ -4,6 +4,7 @@ of. The rule: a shell and a ribbon are never solved in one process (docs/design.
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import os
 import subprocess
 import sys
@@ -35,6 +36,8 @@ SERVER = "shellref.follow.server"
 _STEP = 1e-4
 #: Residual, over what rounding leaves (`shellref.follow.equations.Equations.noise`), that has norm 1.
 _NOISE = 3e10
+#: Bytes that wait in a pipe (Linux; elsewhere the system's own).
+_PIPE = 1 << 20
 #: Problems kept.
 _KEPT = 16
 
@@ -55,7 +58,7 @@ class ShellServer:
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "ribbonbench.start", str(os.getpid()), SERVER],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, env=environment,
-            start_new_session=True,
+            start_new_session=True, pipesize=_PIPE,
         )  # fmt: skip
         self._end = weakref.finalize(self, _ended, self._process)
         self._told: dict[int, ShellProblem] = {}
@@ -274,8 +277,9 @@ class ShellEquations:
 
         def carried(w: FloatArray) -> FloatArray:
             u = self._nodal(w)
-            whole = ShellSurface(*self._opened[1][:2], u[..., :3], u[..., 3:], int(self._opened[0]["degree"]))
-            turned = replace_points(whole)
+            rows, columns = self._opened[1][:2]
+            whole = ShellSurface(rows, columns, u[..., :3], u[..., 3:], int(self._opened[0]["degree"]))
+            turned = dataclasses.replace(whole, points=whole.directors)
             return np.concatenate([whole.grid(s, v), turned.grid(s, v)], axis=-1)
 
         place = carried(z)
@@ -302,8 +306,3 @@ class ShellEquations:
         """Total energy less that of the natural curvature, D w / l."""
         told, _ = self.server.ask_at(self.number, self.problem(t), "energy", z)
         return float(told["energy"]) - self.constant_at(t)
-
-
-def replace_points(surface: ShellSurface) -> ShellSurface:
-    """The surface whose points are the directors, to evaluate these as they are."""
-    return ShellSurface(surface.s_nodes, surface.v_nodes, surface.directors, surface.directors, surface.degree)
