@@ -1,4 +1,4 @@
-"""Frictionless contact with boxes and edges: bodies of flat faces (docs/theory.md, eq. (5.14), (5.15)).
+"""Frictionless contact with boxes and edges: bodies of flat faces (docs/theory.md, eq. (5.11), (5.12)).
 
 **From outside** a body is a convex core K and all that is nearer to it than its `radius`, the rounding of its edges
 and corners; its faces stand where they are stated. With c(x) the point of K nearest to x and d = |x - c|::

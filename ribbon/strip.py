@@ -87,7 +87,7 @@ KNOWN: dict[str, tuple[str, float, float]] = {
     "position": ("x / l", -1e6, 1e6),
     "point": ("x / l", -1e6, 1e6),
     "radius": ("R / l", 1e-4, 1e6),
-    "rounding": ("r / l", 1e-5, 1e6),
+    "rounding": ("r / l", 1e-4, 1e6),
     "size": ("x / l", 1e-4, 1e6),
     "stiffness": ("k", 1e-12, 1e18),
     "turns": ("turns", 1.0, 1000.0),

@@ -422,7 +422,7 @@ class ObstacleSpec:
     )
     rounding: float | None = key(
         Kind.NUMBER, "radius of the edges and corners of a box or an edge, seen from outside", LENGTH, "> 0", "5e-4",
-        default=None, newer=True, absent="length / 1000; inside they are sharp", known="1e-5 <= r / l <= 1e6"
+        default=None, newer=True, absent="length / 1000; inside they are sharp", known="1e-4 <= r / l <= 1e6"
     )
     inside: bool = key(
         Kind.TRUTH, "whether the strip is inside it and cannot leave", example="true", default=False, newer=True

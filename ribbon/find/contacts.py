@@ -59,6 +59,8 @@ _SLIDING = 60
 _PUSHES = 1e-9
 _LEAST = 1e-5
 _CLEARLY = 1e-4
+#: Largest rounding of a body that is begun with, in segments (and in a box's least size), and by how much it falls.
+_ROUND, _SHARPER = 0.5, 4.0
 #: Neighbours are so many segments apart, at the most.
 _NEXT = 1.01
 #: Nearest (in lengths of the segment) that a place is kept to the joints of its segment, so that this is the same; how
@@ -135,6 +137,44 @@ def held(
     return slid(*let_go(*best), options, progress)
 
 
+def rounder(problem: MixedProblem) -> list[MixedProblem]:
+    """The problem with ever less round edges and corners of its bodies, from half a segment on, down to its own, which
+    is left out: a rounder body is inside the one, and what touches it has no particle that is far from its place."""
+    own = [wall for wall in problem.walls if isinstance(wall, Solid)]
+    found: list[MixedProblem] = []
+    radius = _ROUND * float(problem.lengths.max()) * problem.strip.length
+    while own and radius > _SHARPER * min(wall.radius for wall in own):
+        walls = tuple(_at_least(wall, radius) if isinstance(wall, Solid) else wall for wall in problem.walls)
+        found.append(problem.with_changes(walls=walls))
+        radius /= _SHARPER
+    return found
+
+
+def _at_least(wall: Solid, radius: float) -> Solid:
+    most = np.inf if wall.size is None else _ROUND * float(np.min(wall.size)) * (1.0 - 1e-3)
+    return replace(wall, radius=max(wall.radius, min(radius, most)))
+
+
+def sharpened(
+    ways: list[MixedProblem], minimum: Minimum, options: dict[str, Any] | None, progress: Progress | None
+) -> tuple[MixedProblem, Minimum] | None:
+    """The last of these problems (`rounder`, and the problem itself) and its equilibrium, from that of the first; None
+    where one on the way is not found."""
+    problem = ways[0]
+    for fresh in ways[1:]:
+        problem, minimum = held(problem, minimum, options, progress)
+        if not minimum.residual <= RESIDUAL_TOLERANCE or spent():
+            return None
+        fresh = fresh.with_changes(touching=problem.touching)
+        fresh.counters.add(problem.counters)
+        again = _again(problem, fresh, minimum, options, progress)
+        minimum = replace(
+            again, iterations=again.iterations + minimum.iterations, seconds=again.seconds + minimum.seconds
+        )
+        problem = fresh
+    return problem, minimum
+
+
 def _beyond(problem: MixedProblem, x: FloatArray, minima: list[tuple[float, Touch]]) -> tuple[Touch, ...]:
     """Points to hold where the edges are deep behind walls (`penetration.minima`): between the two held points on
     either side.
@@ -196,13 +236,7 @@ def _again(
 ) -> Minimum:
     """The equilibrium with more points held, from the one without: with its multipliers, so that it stays on its
     branch, and else without."""
-    rows = np.zeros(fresh.row_count)
-    glue = fresh.row_count - sum(block.count for block in fresh.blocks().values())
-    rows[:glue] = minimum.rows[:glue]
-    slices = fresh.block_slices()
-    for name, where in old.block_slices().items():
-        first = slices[name].start
-        rows[first : first + where.stop - where.start] = minimum.rows[where]
+    rows = _carried(old, fresh, minimum, {})
     with _by_newton(fresh):
         warm = choose.minimise(
             fresh, minimum.x, {"max_iter": _WARM_ITERATIONS, **(options or {})}, progress, (rows, minimum.multipliers)

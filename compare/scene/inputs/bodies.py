@@ -125,7 +125,7 @@ class Body(NamedTuple):
         core = self._nearest_of_core(apart)
         away = apart - core
         distance = np.linalg.norm(away, axis=1)
-        outside = distance > 0.0
+        outside = distance > _SQUARE * self.radius  # a projection comes back to rounding
         normal = np.where(outside[:, None], away / np.where(outside, distance, 1.0)[:, None], normals[deepest])
         return np.where(outside, distance - self.radius, over.max(axis=1)), normal
 

@@ -47,13 +47,25 @@ def from_near(problem: Problem, x: FloatArray, how: How) -> Equilibrium:
 
 def once(problem: Problem, x: FloatArray, how: How, warm: Warm | None = None) -> Equilibrium:
     """What is found from x (n,); a saddle is not left."""
-    minimum = (_unmoved(problem, x) if how.near else None) or _minimum(problem, x, how, warm)
+    minimum = _unmoved(problem, x) if how.near else None
+    if minimum is None and warm is None and how.hold and isinstance(problem, MixedProblem):
+        problem, minimum = _sharpened(problem, x, how)
+    minimum = minimum or _minimum(problem, x, how, warm)
     if problem.walls and how.hold:
         assert isinstance(problem, MixedProblem)
         problem, minimum = contacts.held(problem, minimum, how.options, how.progress)
     if isinstance(problem, MixedProblem) and problem.apart:
         problem, minimum = apart.kept(problem, minimum, how.options, how.progress)
     return judged(problem, minimum, how)
+
+
+def _sharpened(problem: MixedProblem, x: FloatArray, how: How) -> tuple[MixedProblem, Minimum | None]:
+    """Beside bodies whose edges are thin beside a segment: what is found from rounder ones; None: nothing."""
+    ways = contacts.rounder(problem) if problem.formulation == "mixed" else []
+    if not ways:
+        return problem, None
+    first = _minimum(ways[0], x, how, None)
+    return contacts.sharpened([*ways, problem], first, how.options, how.progress) or (problem, None)
 
 
 def _minimum(problem: Problem, x: FloatArray, how: How, warm: Warm | None) -> Minimum:
