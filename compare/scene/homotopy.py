@@ -299,6 +299,6 @@ def _obstacles(first: Scene, last: Scene, moves: list[Move], switched: list[str]
         axis, turned = first.obstacle_axes[index], last.obstacle_axes[index]
         body, moved = first.bodies[index], last.bodies[index]
         if body.normal is not None and moved.normal is not None:
-            _frame(section, *(_frame_of(each) for each in (body, moved)), moves, switched, ("axis", "normal"))
+            _frame(section, _frame_of(body), _frame_of(moved), moves, switched, ("axis", "normal"))
         elif axis is not None and turned is not None:
             _direction(f"{section}.axis", axis, turned, moves)

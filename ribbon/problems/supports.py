@@ -114,7 +114,7 @@ def end(problem: Mixed, x: FloatArray, rows: FloatArray) -> Force | None:
 
 def walls(problem: Mixed, x: FloatArray, rows: FloatArray) -> tuple[WallForce, ...]:
     """What every wall exerts, in order."""
-    found = []
+    found: list[WallForce] = []
     s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     slices = problem.block_slices()
     for k, wall in enumerate(problem.walls):

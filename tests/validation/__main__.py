@@ -51,6 +51,7 @@ NAMES = (
     "moebius_table",
     "roman",
     "obstacles",
+    "edges",
     "curl_length",
     "rod_ribbon",
     "rod_figures",
