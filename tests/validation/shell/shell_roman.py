@@ -89,7 +89,7 @@ def roof(result: ShellResult) -> float:
 def elastica(folds: int, scaled: float) -> float | None:
     """Roman's elastica under its weight where it touches along lines; None where it lies flat."""
     half = roman.line_contact(scaled / folds, roman.DELTA, roman.GAMMA, folds)
-    return half.force if half.low >= 0.0 >= half.high else None
+    return folds * half.force if half.low >= 0.0 >= half.high else None
 
 
 def _curve(folds: int, scaled: float, poisson: float) -> list[list[Any]]:
@@ -193,7 +193,7 @@ def _states(kept: Pieces, numbers: dict[str, Number]) -> tuple[str, dict[str, di
     rows = []
     for name, state in states.items():
         energy, push, far = state["ribbon"]
-        rows.append([name, "ribbon", "yes", "", f"{energy:.3f}", "", f"{push:.2f}", "", f"{far:.4f}"])
+        rows.append([name, "ribbon", "yes", "", f"{energy:.2f}", "", f"{push:.2f}", "", f"{far:.4f}"])
         known = [row for row in state["rows"] if len(row) > 1]
         for mesh, *found in state["rows"]:
             label = f"shell {mesh[0]} x {mesh[1]}"
@@ -201,7 +201,7 @@ def _states(kept: Pieces, numbers: dict[str, Number]) -> tuple[str, dict[str, di
                 rows.append([name, label, "no equilibrium reached", "", "", "", "", "", ""])
                 continue
             stable, low, total, roofed, apart, out, _ = found
-            rows.append([name, label, "yes" if stable else "no", f"{low:.3g}", f"{total:.3f}",
+            rows.append([name, label, "yes" if stable else "no", f"{low:.3g}", f"{total:.2f}",
                          f"{total / energy - 1.0:+.1%}", f"{roofed:.2f}", f"{apart:.3f}", f"{out:.4f}"])  # fmt: skip
         if len(known) > 1:
             word = name.replace(",", "").replace(" ", "_")
