@@ -17,6 +17,9 @@ PLANAR_TOLERANCE = 1e-9
 TAUT = 1.0 - 1e-9
 """Distance of the clamps over l from which the strip between them is straight and its force not determined."""
 
+#: What is no circle, in words.
+_KINDS = {"sphere": "a sphere", "box": "a box", "edge": "an edge"}
+
 
 def nonplanar_reason(scene: SceneData) -> str | None:
     """Why the planar elastica cannot be asked: the clamp or load that leaves the plane of t_y and t_z with its
@@ -37,9 +40,10 @@ def nonplanar_reason(scene: SceneData) -> str | None:
     frame, position = scene.start_frame, scene.start_position
     if frame is None or position is None:
         return "the frame or the position at s = 0 is free, and the elastica is clamped there"
-    for name, axis in zip(scene.barrier_names[len(scene.walls) :], scene.obstacle_axes, strict=True):
-        if axis is None:
-            return f"obstacle {name} is a sphere, which is no circle across the plane"
+    names = scene.barrier_names[len(scene.walls) :]
+    for name, one, axis in zip(names, scene.obstacles, scene.obstacle_axes, strict=True):
+        if one.kind != "cylinder" or axis is None:
+            return f"obstacle {name} is {_KINDS[one.kind]}, which is no circle across the plane"
         if float(np.linalg.norm(axis - (axis @ frame[:, 0]) * frame[:, 0])) > PLANAR_TOLERANCE:
             return f"the axis of obstacle {name} does not go straight through the plane, along {_axis(frame[:, 0])}"
     found = _load_out_of_plane(scene, frame)

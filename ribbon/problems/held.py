@@ -360,8 +360,10 @@ class Held:
         """Whether it ends where it begins: closed, or held so by its clamps."""
         if self.closure is not None or self.start is None or self.end is None:
             return self.closure is not None
-        places = self.start.position, self.end.position
-        return None not in places and bool(np.abs(np.subtract(*places)).max() < JOINED * self.strip.length)
+        first, last = self.start.position, self.end.position
+        if first is None or last is None:
+            return False
+        return bool(np.abs(np.subtract(first, last)).max() < JOINED * self.strip.length)
 
     def beside(self, segment: int, step: int) -> int | None:
         """The segment behind (step 1) or before (-1) another one; None: the strip ends there."""

@@ -180,6 +180,7 @@ def circles(scene: Scene) -> tuple[Barrier, ...]:
             -1.0 if one.inside else 1.0,
         )
         for one in scene.obstacles
+        if one.radius is not None  # a cylinder: others are refused (`compare.scene.planar`)
     )
 
 

@@ -21,7 +21,7 @@ from tests.validation import page
 from tests.validation.number import Number
 
 #: Half turns, w / l and w/h of the shells; segments of a ribbon, and elements of a shell, for each half turn.
-TURNS, SHELLS, WIDTH, RATIOS = (2, 3, 4, 5, 6, 7, 8, 9), (2, 3, 4, 5, 6), 0.02, (25.0, 50.0)
+TURNS, SHELLS, WIDTH, RATIOS = (2, 3, 4, 5, 6, 7, 8, 9), (2, 3, 4, 5, 6, 7, 8), 0.02, (25.0, 50.0)
 SEGMENTS, ALONG, ACROSS = 40, 16, 6
 #: Half turns of which the widest band is looked for.
 WIDEST = (9,)
