@@ -113,7 +113,7 @@ class Closure:
         turns of the starting shape of a circle.
     half_turns:
         half turns of the end about its tangent before it is joined, 2 or more: the search begins at the band that is
-        alike about as many axes (`ribbon.find.folds`). None: what the kind has, or what the seed leads to.
+        alike about as many axes (`ribbon.find.bands.folds`). None: what the kind has, or what the seed leads to.
     """
 
     kind: str

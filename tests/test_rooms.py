@@ -247,7 +247,8 @@ NAMED = 15
 #: Who asks other people's libraries for what only some of their versions have, and the command line's own arguments,
 #: of which not every command has each.
 OTHERS = (
-    *("ribbonbench." + name for name in ("kernel_files", "sources", "system", "threads")), "compare.commands",
+    *("ribbonbench." + name for name in ("kernel_files", "kernel_late", "sources", "system", "threads")),
+    "compare.commands",
 )  # fmt: skip
 
 

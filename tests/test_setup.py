@@ -157,8 +157,9 @@ Modules = Mapping[str, str]  # dotted name -> source text
 _PACKAGES = ("ribbon", "shellref", "compare")
 _GROUND = "ribbonbench"
 _GROUND_FILES = sorted(path for path in (ROOT / _GROUND).glob("*.py") if not path.stem.startswith("__"))
-#: Checks of what is given, from which no solution is computed.
-_CHECKS = {"ribbonbench.statics"}
+#: Checks of what is given and of what came out (how often a band is turned), from which no solution is computed, and
+#: messages between processes, which carry arrays.
+_CHECKS = {"ribbonbench.statics", "ribbonbench.linking", "ribbonbench.messages"}
 #: What the workbench tells its users, and the processes that it does so from: a solver has its own errors and codes.
 _TO_USERS = {"ribbonbench.errors", "ribbonbench.world"}
 _SOLVERS = ("ribbon", "shellref")

@@ -130,7 +130,8 @@ def _serve(pipe: Connection, launched: bool, master: int) -> None:
     if launched:
         for name in [name for name in os.environ if name.startswith(_LAUNCHERS)]:
             del os.environ[name]
-    with Signals() as signals, contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
+    # outside the signals: one may come while they are given back
+    with contextlib.suppress(EOFError, OSError, KeyboardInterrupt), Signals() as signals:
         while True:
             pipe.send(pipe.recv().work())
     if signals.seen is not None:

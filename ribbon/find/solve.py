@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 
 from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Barrier
-from ribbon.find import doubling, folds, minima, stretched
+from ribbon.find import doubling, minima, stretched
+from ribbon.find.bands import folds
 from ribbon.find.solving import check as _check
 from ribbon.find.solving import refine as _refine
 from ribbon.find.solving import search, start

@@ -45,6 +45,7 @@ NAMES = (
     "seeds",
     "rivals",
     "branches_auto",
+    "branches_shell",
     "exact_gravity",
     "moebius",
     "wunderlich_event",

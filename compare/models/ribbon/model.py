@@ -80,7 +80,7 @@ class RibbonModel(Model):
         """A rod; keys of which one would be ignored."""
         beyond = beyond_the_ribbon(scene)
         if beyond is not None:
-            from compare.models.choice import remedy_elsewhere
+            from compare.models.effects.elsewhere import remedy_elsewhere
 
             problem = f"is in the scene: the ribbon {beyond[1]}"
             return BadInput(beyond[0], None, problem, remedy_elsewhere(scene, beyond[0]))

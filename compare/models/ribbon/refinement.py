@@ -45,7 +45,7 @@ def refined(state: State) -> State | None:
 
 def kept(state: State) -> bool:
     """Whether a saddle is followed to finer segments as one: a band of several half turns, which is the same by its
-    symmetry (`ribbon.find.folds`) and has nothing stable beside it."""
+    symmetry (`ribbon.find.bands.folds`) and has nothing stable beside it."""
     closure = state.native.problem.closure
     return state.status is Status.UNSTABLE and closure is not None and closure.folded
 

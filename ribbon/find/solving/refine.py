@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from ribbon.errors import RibbonInputError
-from ribbon.find import doubling, folds, stretched
+from ribbon.find import doubling, stretched
+from ribbon.find.bands import folds
 from ribbon.find.solving.request import How
 from ribbon.find.solving.search import from_near, from_state
 from ribbon.find.solving.verdict import judged

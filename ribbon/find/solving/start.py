@@ -8,7 +8,8 @@ import numpy as np
 
 from ribbon import law
 from ribbon.errors import RibbonInputError
-from ribbon.find import band, contacts, seeds
+from ribbon.find import contacts, seeds
+from ribbon.find.bands import whole as band
 from ribbon.find.solving.request import Progress, Seed, Values
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem

@@ -14,7 +14,7 @@ is to know, and the rest closes where
     a . t_y = cos(pi / n) ,    r . (a x t_y) = 0                  (r from the first particle: the axes meet)
 
 hold at its end. A stationary point among the symmetric shapes is one among all (principle of symmetric criticality:
-Palais 1979, doi:10.1007/BF01941322); whether it is stable among all is another question. docs/theory.md, eq. (5.11).
+Palais 1979, doi:10.1007/BF01941322); whether it is stable among all is another question. docs/theory.md, eq. (5.13).
 """
 
 from __future__ import annotations

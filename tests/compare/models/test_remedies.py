@@ -8,7 +8,7 @@ import pytest
 
 from compare import registry
 from compare.models.base import check_keys
-from compare.models.choice import takers
+from compare.models.effects.elsewhere import takers
 from compare.scene.scene import load, loads
 from ribbonbench.errors import BadInput
 

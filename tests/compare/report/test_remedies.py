@@ -30,6 +30,7 @@ class End:
     model: str
     word: str
     message: str
+    remedy: str | None = None
 
 
 @pytest.mark.parametrize(("model", "word"), REMEDIES)

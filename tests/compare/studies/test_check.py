@@ -46,7 +46,7 @@ def compared(monkeypatch):
     def give(*rows, ok=True):
         fast = SimpleNamespace(
             model="ribbon", ok=ok, message="saddle: not stable", stable=ok, lowest_eigenvalue=1.0,
-            word="converged" if ok else "saddle", seconds=Seconds(0.1, (0.01,)),
+            word="converged" if ok else "saddle", seconds=Seconds(0.1, (0.01,)), remedy=None,
         )  # fmt: skip
 
         def compare(scene, store, reporter, *, leave_saddle, bare):

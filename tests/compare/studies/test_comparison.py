@@ -315,7 +315,7 @@ def test_report_folder_is_complete_and_its_pictures_are_drawn(made, tmp_path):
     page = reported(out, found).read_text()
     names = {path.name for path in out.iterdir()}
     wanted = {"report.md", "report.html", "page.json", "surfaces.png", "ribbon.npz", "result.json", "table.csv",
-              "table.md", "convergence.png", "shapes.png", "ribbon.png",
+              "table.md", "supports.csv", "convergence.png", "shapes.png", "ribbon.png",
               "centreline.csv", "ribbon.vtu", "shell_w10.vtu", "shell_w20.vtu", "shell_w100.vtu"}  # fmt: skip
     assert names == wanted
     for name in ("convergence.png", "shapes.png", "ribbon.png"):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ribbon import Closure, RibbonInputError, Strip, refine, solve
-from ribbon.find import folds
+from ribbon.find.bands import folds
 from ribbon.find.solving.assemble import assembled
 from ribbon.find.solving.request import Request
 from ribbon.judge import reduction

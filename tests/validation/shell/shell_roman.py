@@ -150,7 +150,15 @@ def _first() -> ShellResult:
     return found
 
 
-PROBES = {"few": lambda: roof(_first())}
+def _known(found: ShellResult | None) -> ShellResult:
+    assert found is not None
+    return found
+
+
+PROBES = {
+    "few": lambda: roof(_first()),
+    "force_1_1850_0": lambda: roof(_known(shell(scene_of(0.0, 0.185), MESHES[0.0][-1], folded(1, 0.185)))),
+}
 
 
 def _curves(kept: Pieces, numbers: dict[str, Number]) -> tuple[str, dict[tuple[int, float], list[float]]]:

@@ -17,8 +17,8 @@ from dataclasses import replace
 import numpy as np
 
 from ribbon.element import quaternion
-from ribbon.find import band as _band
 from ribbon.find import relax
+from ribbon.find.bands import whole as _band
 from ribbon.problems import transfer
 from ribbon.problems.alike import fold as _fold
 from ribbon.problems.mixed import MixedProblem
