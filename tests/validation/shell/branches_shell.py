@@ -251,9 +251,10 @@ def number(found: Found, unit: str, shown: str) -> Number:
 
 def told(found: Found, digits: int) -> tuple[str, ...]:
     """Places on each mesh, their limit and its error, as cells."""
-    places = tuple(f"{value:.{digits}f}" for value in found.values)
+    places = tuple(f"{value:.{digits}f}" if math.isfinite(value) else "not found" for value in found.values)
     if not found.limit.settles:
-        return (*places, "does not settle", f"changes by {abs(finest(found) - found.values[-2]):.0e}")
+        change = abs(found.values[-1] - found.values[-2])
+        return (*places, "does not settle", f"changes by {change:.0e}" if math.isfinite(change) else "-")
     return (*places, f"{found.limit.value:.{digits}f}", f"{found.limit.error:.0e}")
 
 
@@ -310,7 +311,7 @@ def run(out: Path) -> dict[str, Number]:
         page.table(("20 x 4", "40 x 8", "80 x 16", "limit", "+-"), [told(weight, 5)]),
         "## The arch between shifted clamps",
         "`shift_7_2`, w/l = 1/20, nu = 0.3, 40 x 4 elements at first. U: the upright arch; US: tilted to a side; "
-        "S: the flat one, its middle at the height of the clamps. At a far shift U is stable again. "
+        "S: the flat one, its middle at the height of the clamps. U again: from where on U is stable once more on the first mesh. "
         "US is followed from the upper branch point until it "
         "has passed through S.",
         page.table(("model", "branch point", "40 x 4", "80 x 8", "160 x 16", "limit", "+-"), table),
