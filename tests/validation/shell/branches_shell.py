@@ -311,8 +311,8 @@ def run(out: Path) -> dict[str, Number]:
         page.table(("20 x 4", "40 x 8", "80 x 16", "limit", "+-"), [told(weight, 5)]),
         "## The arch between shifted clamps",
         "`shift_7_2`, w/l = 1/20, nu = 0.3, 40 x 4 elements at first. U: the upright arch; US: tilted to a side; "
-        "S: the flat one, its middle at the height of the clamps. U again: from where on U is stable once more on the first mesh. "
-        "US is followed from the upper branch point until it "
+        "S: the flat one, its middle at the height of the clamps. U again: from where on U is stable "
+        "once more on the first mesh. US is followed from the upper branch point until it "
         "has passed through S.",
         page.table(("model", "branch point", "40 x 4", "80 x 8", "160 x 16", "limit", "+-"), table),
         "![Height of the middle over the shift](branches_shell.png)",
