@@ -17,7 +17,7 @@ import numpy as np
 import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
-from ribbon.boundary import Clamp
+from ribbon.boundary import Clamp, Closure
 from ribbon.errors import RibbonInputError
 from ribbon.find import seeds
 from ribbon.find.continuation import switch
@@ -28,6 +28,7 @@ from ribbon.find.stretched import is_stretched
 from ribbon.loads import Gravity
 from ribbon.notes import Note
 from ribbon.problems.chained import segment_lengths
+from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Refinement, Status
 from ribbon.solvers import choose
 from ribbon.solvers.budget import SPENT, spent, within
@@ -38,6 +39,8 @@ FloatArray = NDArray[np.float64]
 #: Segments of the first round, most of the last one (halved once more), if a tolerance is a wish only, most rounds.
 FIRST_SEGMENTS = 24
 MOST_SEGMENTS = 6000
+#: How often the first segments are halved where they find no state beside walls.
+HALVED = 2
 MOST_WISHED = 200
 ROUNDS = 30
 #: Gamma beyond which the chained unknowns, in which the weight of all that follows a segment is one sum, are not known
@@ -82,13 +85,17 @@ def _to_tolerance(request: Request, seed: Seed, how: How, tolerance: float, stri
     """The seam of a Moebius band whose ruling is free is held until the elements are placed."""
     closure = request.closure
     pinned = request
+    if _evenly(closure):
+        equal = np.full(FIRST_SEGMENTS, 1.0 / FIRST_SEGMENTS)
+        first = solve_request(replace(request, lengths=equal), seed, how)
+        return refine_to_tolerance(first, tolerance, leave_saddle=how.leave_saddle, strict=strict)
     if closure is not None and closure.ruling == "free" and closure.sign < 0:
         pinned = replace(request, closure=replace(closure, ruling="straight"))
     problem = assembled(pinned)
     if problem.strip.gamma > HEAVY and not problem.row_count and pinned.formulation == "auto":
         pinned = replace(pinned, formulation="mixed")
         problem = assembled(pinned)
-    first = solve_request(replace(pinned, lengths=segment_lengths(seeds.graded(problem))), seed, how)
+    first = _first(pinned, problem, seed, how)
     state = refine_to_tolerance(first, tolerance, leave_saddle=how.leave_saddle, strict=strict)
     if pinned.closure is not closure and state.status in _GOOD:
         loose = assembled(replace(pinned, closure=closure, lengths=segment_lengths(_opened(state.problem.lengths))))
@@ -100,6 +107,27 @@ def _to_tolerance(request: Request, seed: Seed, how: How, tolerance: float, stri
     if first.minima is not None and state.status in _GOOD:
         state = replace(state, minima=first.minima, message=f"{state.message}; {first.minima}")
     return state
+
+
+def _first(request: Request, problem: Problem, seed: Seed, how: How) -> Equilibrium:
+    """The state on the first segments; beside walls and bodies that these are too coarse to pass, on their halves."""
+    lengths = segment_lengths(seeds.graded(problem))
+    first = solve_request(replace(request, lengths=lengths), seed, how)
+    for _ in range(HALVED if problem.walls else 0):
+        if first.status in _GOOD or spent():
+            break
+        lengths = np.repeat(lengths / 2.0, 2)
+        finer = solve_request(replace(request, lengths=lengths), seed, how)
+        first = finer if finer.status in _GOOD else first
+    return first
+
+
+def _evenly(closure: Closure | None) -> bool:
+    """Whether a band keeps equal segments, all halved at once: of several folds, of which each has to have the same.
+
+    One of three half turns is a minimum, which is found on any segments.
+    """
+    return closure is not None and closure.folded and closure.half_turns != 3
 
 
 def _opened(lengths: FloatArray) -> FloatArray:
@@ -169,17 +197,18 @@ def refine_to_tolerance(
                 halved = switch(problem.with_changes(lengths=halved.problem.lengths), halved, leave_saddle=True)
                 tried.append(_tried(halved, None))
             return ended(halved)
-        lengths = cut(problem.lengths, indicators(current, halved))
+        even = _evenly(problem.closure)
+        lengths = halved.problem.lengths if even else cut(problem.lengths, indicators(current, halved))
         most = MOST_SEGMENTS if strict else MOST_WISHED
-        if lengths.size > most:
+        if lengths.size * (2 if even else 1) > most:
             return short(halved, Note.TOLERANCE_SEGMENTS, most=most, reached=estimate)
-        current = _moved_to(halved, lengths, check=False)
+        current = halved if even else _moved_to(halved, lengths, check=False)
     return short(current, Note.TOLERANCE_ROUNDS, rounds=ROUNDS, reached=estimate)
 
 
 def _moved_to(state: Equilibrium, lengths: FloatArray, check: bool = True) -> Equilibrium:
     """The scene on other segments, from its state on those before."""
-    if state.problem.row_count:
+    if state.problem.row_count and not _evenly(state.problem.closure):
         return switch(state.problem.with_changes(lengths=lengths), state, check=check)
     return on_segments(state, lengths, check=check)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ribbon import Closure, RibbonInputError, Strip, refine, solve
+from ribbon.find.adaptive import solve_to_tolerance
 from ribbon.find.bands import folds
 from ribbon.find.solving.assemble import assembled
 from ribbon.find.solving.request import Request
@@ -104,6 +105,21 @@ def test_finer_segments_are_of_the_same_band():
     assert 0.0 < few.energy.total - many.energy.total < 3.0
     assert odd.energy.total == pytest.approx(many.energy.total, rel=2e-3)
     assert folds.turns(odd.problem, odd.x) == 5
+
+
+@pytest.mark.parametrize(("n", "energy"), [(4, "kirchhoff"), (5, "wunderlich")])
+def test_a_tolerance_keeps_the_half_turns(n, energy):
+    """On segments placed by an estimate the band would be minimised, and end with fewer."""
+    closure = Closure("moebius" if n % 2 else "circle", half_turns=n)
+    strip = Strip(1.0, 0.02, 0.3, thickness=4e-4)
+    found = solve_to_tolerance(strip, closure=closure, energy=energy, tolerance=4e-3)
+    assert found.status is Status.SADDLE
+    assert folds.turns(found.problem, found.x) == n
+    assert found.tolerance_error <= 4e-3
+    assert np.ptp(found.problem.lengths) < 1e-12
+    assert found.problem.lengths.size % n == 0
+    even = solve(strip, closure=closure, energy=energy, segments=2 * found.problem.lengths.size)
+    assert found.energy.total == pytest.approx(even.energy.total, rel=5e-3)
 
 
 def test_narrow_bands_are_above_the_least_energy_of_their_twist():
