@@ -28,6 +28,7 @@ from compare.page.pair import Times
 from compare.pages import compare as report
 from compare.pages import comparison as tables
 from compare.pages import ribbon as ribbon_page
+from compare.pages.models.supports import side_by_side
 from compare.pages.pictures import comparison as figures
 from compare.pages.pictures import ribbon as profile
 from compare.pages.report.write import read_report, write_report
@@ -332,7 +333,7 @@ def test_report_folder_is_complete_and_its_pictures_are_drawn(made, tmp_path):
     assert [(s.file, s.width_to_thickness) for s in stored.surfaces] == [
         ("ribbon.vtu", None), ("shell_w10.vtu", 10.0), ("shell_w20.vtu", 20.0), ("shell_w100.vtu", 100.0),
     ]  # fmt: skip
-    assert stored.tables == (tables.table(found),)
+    assert stored.tables == (tables.table(found), side_by_side(found.fast, found.rows))
     assert set(stored.files) <= names
     assert "Ribbon against shell" in (out / "report.html").read_text()
 
