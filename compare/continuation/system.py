@@ -6,7 +6,7 @@ range that was asked for. K = dG/dz is the second variation of a Lagrangian: its
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,3 +78,29 @@ class System(Protocol):
 
     def energy(self, z: FloatArray, t: float) -> float:
         """Total energy, D w / l."""
+
+
+class Unbounded:
+    """What a `System` says that has no conditions of one side, nothing that moves nothing, and elements that stay."""
+
+    def reach(self, z: FloatArray, dz: FloatArray) -> float:
+        """Nothing bounds a step."""
+        return 1.0
+
+    def slacks(self, z: FloatArray, t: float) -> FloatArray:
+        """No conditions of one side: (0,)."""
+        return np.zeros(0)
+
+    def beyond(
+        self, z: FloatArray, t: float, condition: int, directions: FloatArray
+    ) -> tuple[Self, FloatArray, FloatArray, str]:
+        """There is none to go beyond: ValueError."""
+        raise ValueError(f"condition = {condition}: there are no conditions of one side")
+
+    def renewed(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Self, FloatArray, FloatArray]:
+        """Everything moves something."""
+        return self, z, directions
+
+    def moved(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Self, FloatArray, FloatArray]:
+        """Its elements stay where they are."""
+        return self, z, directions

@@ -16,7 +16,7 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from compare.continuation.point import Point
-from compare.continuation.system import System
+from compare.continuation.system import System, Unbounded
 from compare.models.antman.problem import problem_of
 from compare.models.antman.shape import RodShape
 from compare.models.base import Shape, State, natural_constant
@@ -99,7 +99,7 @@ class Factored:
 
 
 @dataclass(frozen=True, eq=False)
-class RodEquations:
+class RodEquations(Unbounded):
     """problem_at: t -> the rod there, held alike at every t; constant_at: what its energies leave out."""
 
     problem_at: ProblemAt
@@ -198,32 +198,10 @@ class RodEquations:
         out[:, :3] = self._weights * nodal[:, :3]
         return self.joined(out, np.zeros_like(stress))
 
-    def reach(self, z: FloatArray, dz: FloatArray) -> float:
-        """Nothing bounds a rod."""
-        return 1.0
-
     def stepped(self, z: FloatArray, dz: FloatArray) -> FloatArray:
         """z + dz, quaternions of length 1."""
         rod, _ = self.rod(z + dz)
         return self.joined(np.concatenate([rod.r, rod.q], axis=1), self.split(z + dz)[1])
-
-    def slacks(self, z: FloatArray, t: float) -> FloatArray:
-        """No conditions of one side."""
-        return np.zeros(0)
-
-    def beyond(
-        self, z: FloatArray, t: float, condition: int, directions: FloatArray
-    ) -> tuple[RodEquations, FloatArray, FloatArray, str]:
-        """There is none to go beyond."""
-        raise ValueError(f"condition = {condition}: a rod has no conditions of one side")
-
-    def renewed(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[RodEquations, FloatArray, FloatArray]:
-        """Everything moves something."""
-        return self, z, directions
-
-    def moved(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[RodEquations, FloatArray, FloatArray]:
-        """Its elements stay where they are."""
-        return self, z, directions
 
     def finer(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[RodEquations, FloatArray, FloatArray]:
         """Elements half as long, on the same curve; stretch and shear of its interpolation begin at zero."""

@@ -19,6 +19,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.continuation.system import Unbounded
 from ribbonbench import system
 from ribbonbench.errors import BadInput, Missing
 from ribbonbench.messages import receive, send
@@ -141,7 +142,7 @@ class Factored:
 
 
 @dataclass(frozen=True, eq=False)
-class ShellEquations:
+class ShellEquations(Unbounded):
     """problem_at: t -> the shell there, on one mesh of which every element is cut in `refine` (each way);
     constant_at: t -> what its energies leave out.
 
@@ -236,34 +237,12 @@ class ShellEquations:
         """Mean over the surface of products of positions; what clamps hold does not count."""
         return np.asarray(self._opened[1][2] * v)
 
-    def reach(self, z: FloatArray, dz: FloatArray) -> float:
-        """Nothing bounds a shell."""
-        return 1.0
-
     def stepped(self, z: FloatArray, dz: FloatArray) -> FloatArray:
         """z + dz, directors of unit length."""
         moved = z + dz
         directors = self._nodal(moved)[..., 3:]
         directors /= np.linalg.norm(directors, axis=-1, keepdims=True)
         return moved
-
-    def slacks(self, z: FloatArray, t: float) -> FloatArray:
-        """No conditions of one side."""
-        return np.zeros(0)
-
-    def beyond(
-        self, z: FloatArray, t: float, condition: int, directions: FloatArray
-    ) -> tuple[ShellEquations, FloatArray, FloatArray, str]:
-        """There is none to go beyond."""
-        raise ValueError(f"condition = {condition}: this shell has no conditions of one side")
-
-    def renewed(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[ShellEquations, FloatArray, FloatArray]:
-        """Everything moves something."""
-        return self, z, directions
-
-    def moved(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[ShellEquations, FloatArray, FloatArray]:
-        """Its elements stay where they are."""
-        return self, z, directions
 
     @cached_property
     def _half(self) -> ShellEquations:

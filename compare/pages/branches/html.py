@@ -11,7 +11,7 @@ from importlib.resources import files
 from compare.page.table import Table
 from compare.page.verdict import Verdict
 from compare.pages.branches.sheets import page_data
-from compare.pages.report.html import asset, policy, script, table_html
+from compare.pages.report.html import asset, head, script, table_html
 from compare.studies.branches.diagram import Diagram
 
 HTML = "branches.html"
@@ -28,16 +28,7 @@ def document(
     still = base64.b64encode(picture).decode()
     said = "".join(f"<li>{escape(sentence)}</li>" for sentence in sentences)
     lines = [
-        "<!DOCTYPE html>",
-        '<html lang="en">',
-        "<head>",
-        '<meta charset="utf-8">',
-        f'<meta http-equiv="Content-Security-Policy" content="{policy(style, running)}">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        '<link rel="icon" href="data:,">',
-        f"<title>{title}</title>",
-        f"<style>{style}</style>",
-        "</head>",
+        *head(title, style, running),
         '<body class="branches">',
         f"<header><h1>{title}</h1></header>",
         f'<p class="answer {verdict.grade}">{escape(verdict.line)}</p>',

@@ -34,16 +34,7 @@ def document(parts: Sequence[Part], views: Sequence[View | None], stills: Sequen
         for number, (part, view, still) in enumerate(zip(parts, views, stills, strict=True), start=1)
     ]
     lines = [
-        "<!DOCTYPE html>",
-        '<html lang="en">',
-        "<head>",
-        '<meta charset="utf-8">',
-        f'<meta http-equiv="Content-Security-Policy" content="{policy(style, running)}">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        '<link rel="icon" href="data:,">',
-        f"<title>{title}</title>",
-        f"<style>{style}</style>",
-        "</head>",
+        *head(title, style, running),
         "<body>",
         f"<header><h1>{title}</h1>{'' if several else _run(parts[0])}</header>",
         *(_contents(parts) if several else []),
@@ -67,6 +58,22 @@ def script(own: str = "") -> str:
 def asset(name: str) -> str:
     """The text of a file of the viewer."""
     return files("compare.pages.report").joinpath("viewer", name).read_text(encoding="utf-8")
+
+
+def head(title: str, style: str, running: str) -> tuple[str, ...]:
+    """The lines of a page in one file up to its body; title: escaped; nothing is loaded from elsewhere (`policy`)."""
+    return (
+        "<!DOCTYPE html>",
+        '<html lang="en">',
+        "<head>",
+        '<meta charset="utf-8">',
+        f'<meta http-equiv="Content-Security-Policy" content="{policy(style, running)}">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        '<link rel="icon" href="data:,">',
+        f"<title>{title}</title>",
+        f"<style>{style}</style>",
+        "</head>",
+    )
 
 
 def policy(style: str, script: str) -> str:
