@@ -97,6 +97,7 @@ NAMES = (
     "shell_size",
     "fronts",
     "cost",
+    "felt",
     "cost_over_commits",
     "converge",
     "sze",

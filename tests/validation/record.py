@@ -39,7 +39,7 @@ from pathlib import Path
 from typing import Any
 
 from compare import registry
-from compare.store.provenance import versions
+from compare.store.provenance import now, versions
 from compare.store.store import atomic_write_json, read_json
 from ribbonbench import sources
 from tests.validation import written
@@ -286,14 +286,14 @@ class Pages:
         load, busy, cpu, began = os.getloadavg()[0], _busy(), _own(), time.perf_counter()
         with written.noted() as own:
             numbers = checked(run(self.results))
-        seconds, cpu = time.perf_counter() - began, _own() - cpu
+        seconds, cpu, ended = time.perf_counter() - began, _own() - cpu, now()  # pages tell the day of their end
         others = None if busy is None else max(0.0, ((_busy() or 0.0) - busy - cpu) / max(seconds, 1e-3))
         commit = None if made["git"] is None else made["git"]["commit"]
         changed = [path for path in self.files() if stamps.get(path) != path.stat().st_mtime_ns]
         if not self.alone(name):  # what a measurement beside it wrote meanwhile is not its own
             changed = [path for path in changed if path.resolve() in own]
         record = Record(
-            command, made["time"], commit, modified, key, made["python"], made["packages"],
+            command, ended, commit, modified, key, made["python"], made["packages"],
             made["debian"], made["system"], made["cpu"], made["cores"], made["threads"], round(seconds, 2),
             round(cpu, 2), (round(load, 2), round(os.getloadavg()[0], 2)),
             None if others is None else round(others, 3), others is not None and others < QUIET, numbers,
