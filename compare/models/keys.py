@@ -71,7 +71,7 @@ SEED = inside("seed", "curvature", "ruling")
 PATH: Keys = frozenset({"path"})
 SHELL = inside(
     "shell", "width_to_thickness", "clamp", "elements", "corner", "tolerance", "goal", "grading", "edge_layer", "start",
-    "start_curvature", "contact",
+    "start_curvature", "contact", "shear_factor",
 )  # fmt: skip
 UNCERTAINTY = inside("uncertainty", "width", "thickness", "poisson", "natural_curvature", "gamma", "young", "density")
 

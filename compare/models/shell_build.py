@@ -23,6 +23,7 @@ from ribbonbench.errors import BadInput
 from shellref.contact.walls import Wall
 from shellref.inputs import ShellInputError, Vector
 from shellref.path.begin import coarse_meshes
+from shellref.shell.material import SHEAR_FACTOR
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import IDENTITY, Pose, ShellProblem, Waypoint
 
@@ -73,6 +74,9 @@ def shell_options(scene: Scene, **changes: Any) -> ShellOptions:
     """
     if scene.transverse_curvature:
         changes = {**TAPE_OPTIONS, **changes}
+    stiffer = scene.shell.shear_factor / SHEAR_FACTOR
+    if stiffer > 1.0:  # what the full rule has of shear stays as it is: more of it would lock
+        changes = {"stabilisation": ShellOptions().stabilisation / stiffer, **changes}
     start = scene.shell.start
     changes = {"coarse": start == "coarse" or (start != "path" and not scene.several_equilibria), **changes}
     return ShellOptions(accuracy=scene.shell.tolerance, goal=scene.shell.goal, **changes)
@@ -121,6 +125,7 @@ def shell_problem(
             half_turns=None if scene.closure is None else scene.closure.turned,
             walls=shell_walls(scene),
             contact=shell.contact,
+            shear_factor=shell.shear_factor,
         )
         _check_goal(shell, problem)
         return with_path(scene, problem) if way else problem

@@ -613,6 +613,10 @@ class ShellSpec:
                  "coarse": "at the end of the path on a coarse mesh", "path": "with the path on the mesh itself"},
         default="auto", newer=True
     )
+    shear_factor: float = key(
+        Kind.NUMBER, "transverse shear stiffness of the shell over G h; a thousand times more leaves no shear", NONE,
+        "> 0", "0.833", default=5.0 / 6.0, newer=True, known="1e-3 <= factor <= 1e6"
+    )
     contact: str = key(
         Kind.CHOICE, "what of the shell meets the walls", example='"faces"',
         choices={"midsurface": "its middle surface, as the ribbon, which has no thickness: both meet the same walls",

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from compare.measure.align import Motions, aligned
 from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
-from compare.models.base import Effect, Options, Shape, State, Status
+from compare.models.base import Effect, Model, Options, Shape, Size, State, Status
 from compare.models.choice import chosen, coarse_shell
+from compare.models.effects.weightless import loaded
 from compare.models.scope import require_shell
 from compare.models.timing import compiled
 from compare.scene.scene import Scene
@@ -44,6 +45,9 @@ _LINE = np.linspace(0.0, 1.0, 401)
 #: Keys of the scene without an effect and with it.
 Pair = tuple[Mapping[str, Any], Mapping[str, Any]]
 _SOLVED = (Status.CONVERGED, Status.UNSTABLE)
+#: Share of a shell's loads whose answer is straight on: what is quadratic in it moves it by this part of the linear.
+LITTLE = 1e-3
+LINEAR = "nonlinearity of the loads"
 
 
 @dataclass(frozen=True)
@@ -217,5 +221,30 @@ def shells(scene: Scene, grid: Grid, store: CaseStore, reporter: Reporter) -> Sh
         if points is not None and state.ok and state.shape is not None:
             moved = grid_hausdorff(points, grid.of(state.shape))
         rows.append(ShellWithout(effect.key, state.word, state.iterations, state.seconds.warm, moved))
+    linear = _straight_on(shell, alone, size, points, grid, store, reporter)
     along, across = (int(value) for value in size.values)
+    rows += [] if linear is None else [linear]
     return ShellSolves(require_shell(alone)[0], (along, across), tuple(rows))
+
+
+def _straight_on(
+    shell: Model, scene: Scene, size: Size, points: FloatArray | None, grid: Grid, store: CaseStore, reporter: Reporter
+) -> ShellWithout | None:
+    """The shell without the nonlinearity of its loads: the unloaded shape and `LITTLE` of the loads, their difference
+    straight on. None where something else than loads bends it away from its rest (a clamp at the end, a wall, a seam, a
+    path), or nothing loads it."""
+    held = scene.clamp_end is not None or scene.closure is not None or scene.barriers or scene.path
+    if held or points is None or not (scene.gamma or scene.tip_force.any()):
+        return None
+    reporter.step("shell: linear in its loads")
+    ends = []
+    for share in (0.0, LITTLE):
+        try:
+            state = shell.solve(scene.replace(loaded(scene, share)), size, options=Options(store=store), say=reporter)
+        except BadInput as refusal:
+            return ShellWithout(LINEAR, "not solved", None, None, None, None, _refused(refusal))
+        if not state.ok or state.shape is None:
+            return ShellWithout(LINEAR, state.word, state.iterations, state.seconds.warm, None)
+        ends.append(grid.of(state.shape))
+    straight = ends[0] + (ends[1] - ends[0]) / LITTLE
+    return ShellWithout(LINEAR, state.word, state.iterations, state.seconds.warm, grid_hausdorff(points, straight))

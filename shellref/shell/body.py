@@ -16,6 +16,7 @@ from shellref.seam.ties import Tie
 from shellref.shell.clamps import Control
 from shellref.shell.director import FREE, HELD, Edge
 from shellref.shell.grid import Grid
+from shellref.shell.material import SHEAR_FACTOR
 from shellref.shell.midsurface import MidSurface
 
 __all__ = ["Body", "Control", "Placement", "Stage", "Supports", "line_force", "point_force"]
@@ -99,6 +100,7 @@ class Body:
     forces: Callable[[Grid, np.ndarray], np.ndarray] | None = None
     couples: Callable[[Grid, np.ndarray], np.ndarray] | None = None
     walls: WallPath | None = None  # planes that it may touch; one process only
+    shear_factor: float = SHEAR_FACTOR  # of the transverse shear stiffness k G h
     bends_along: bool = False  # h_e of the stabilisation: an element's length along S; else the root of its area
 
 

@@ -19,13 +19,14 @@ def young(thickness: float, poisson: float) -> float:
     return 12.0 * (1.0 - poisson**2) / thickness**3
 
 
-def stiffness_factors(thickness: float) -> tuple[float, float]:
-    """(membrane, shear): membrane stiffness A = (12 / h^2) D and shear stiffness (5/6) G h without its (1 - nu).
+def stiffness_factors(thickness: float, shear_factor: float = SHEAR_FACTOR) -> tuple[float, float]:
+    """(membrane, shear): membrane stiffness A = (12 / h^2) D and shear stiffness k G h without its (1 - nu).
 
-    From G = Y / (2 (1 + nu)): (5/6) G h = (5/6) 12 (1 - nu^2) / (2 (1 + nu) h^2) = 5 (1 - nu) / h^2. Units D / l^2.
+    k = shear_factor. From G = Y / (2 (1 + nu)): k G h = k 12 (1 - nu^2) / (2 (1 + nu) h^2) = 6 k (1 - nu) / h^2. Units
+    D / l^2.
     """
     membrane = 12.0 / thickness**2
-    return membrane, SHEAR_FACTOR * membrane / 2.0
+    return membrane, shear_factor * membrane / 2.0
 
 
 def plane_stress_rows(nu: Any) -> list[list[Any]]:

@@ -105,7 +105,7 @@ class NaghdiModel:
         self.nodes = api.node_coordinates(self.space)
         self.owned, self.ghosts, self.offset = api.node_ranges(self.space)
         self.midpoints = api.cell_midpoints(self.mesh)
-        self._factors = stiffness_factors(body.thickness)
+        self._factors = stiffness_factors(body.thickness, body.shear_factor)
         self._geometry(stabilisation)
         self.cells: Cells | None = None
         self._made: Forms | None = None

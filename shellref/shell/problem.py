@@ -26,6 +26,7 @@ from shellref.inputs import (
     positive,
 )
 from shellref.law import Law
+from shellref.shell.material import SHEAR_FACTOR
 
 CLAMPS = ("edge", "corners", "free")
 SECTIONS = ("undeformed", "free")
@@ -136,6 +137,7 @@ class ShellProblem:
     path: waypoints before the problem's own state.
     walls: planes that it cannot cross (shellref.contact.walls.Wall; one process only); contact: what of it meets them,
     its "midsurface" or both "faces". A strip that nothing holds may have weight where walls carry it.
+    shear_factor: k of the transverse shear stiffness k G h (docs/theory.md, eq. (7.4)); large: none.
     elements: (along, across). degree: of the elements, 2 or more. grading: size of the first element at a clamp, and of
     the elements at the two long edges, over the size of the even ones in the middle, in (0, 1]; 1 is an even mesh.
     edge_layer: width of the layer (over l) that gets two elements at clamps and edges instead of `grading`; "auto":
@@ -171,6 +173,7 @@ class ShellProblem:
     contact: str = MIDSURFACE
     natural_twist: Law = (0.0, 0.0)
     natural_geodesic_curvature: Law = (0.0, 0.0)
+    shear_factor: float = SHEAR_FACTOR
 
     def __post_init__(self) -> None:
         def put(name: str, value: object) -> None:
@@ -179,6 +182,7 @@ class ShellProblem:
         put("width", positive("width", self.width))
         put("thickness", positive("thickness", self.thickness))
         put("poisson", number("poisson", self.poisson))
+        put("shear_factor", positive("shear_factor", self.shear_factor))
         if not -1.0 < self.poisson <= 0.5:
             raise ShellInputError("poisson", self.poisson, "must lie above -1 and not above 0.5")
         for name in ("natural_curvature", "natural_twist", "natural_geodesic_curvature"):

@@ -329,6 +329,7 @@ def build_strip(
         surface=_placed_at_rest(problem, grid),
         grid=grid,
         thickness=problem.thickness,
+        shear_factor=problem.shear_factor,
         poisson=problem.poisson,
         supports=supports,
         normaliser=problem.width,

@@ -7,13 +7,17 @@ from typing import TYPE_CHECKING, Any
 from compare.models.base import Effect
 from compare.models.effects.weightless import weightless
 from compare.models.scope import require_shell
-from compare.models.shell_build import FIRST_ELEMENTS, line_weight, shell_elements, shell_words
+from compare.models.shell_build import FIRST_ELEMENTS, line_weight, shell_elements, shell_options, shell_words
 from compare.scene.inputs.law import values
 from compare.scene.stages import stages_without
 from ribbonbench.errors import BadInput
+from shellref.shell.material import SHEAR_FACTOR
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
+
+#: How many times as stiff against shear a shell is that has none.
+_STIFF = 1000.0
 
 
 def effects(scene: Scene) -> tuple[Effect, ...]:
@@ -49,7 +53,34 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
         ),
         either("contact", bool(scene.walls), "[[wall]]" if scene.walls else "no [[wall]]", "wall"),
         either("clamp at the end", scene.clamp_end is not None, "[clamp.end]", "clamp.end"),
+        *_own(scene),
     )
+
+
+def _own(scene: Scene) -> tuple[Effect, ...]:
+    """What a shell has beyond the scene's: shear across its thickness, a graded mesh, a coarse mesh first."""
+    factor = scene.shell.shear_factor
+    sheared = factor < _STIFF * SHEAR_FACTOR
+    layered = scene.shell.edge_layer is not None
+    graded = layered or scene.shell.grading != (1.0, 1.0)
+    coarse = shell_options(scene).coarse
+    even = {"shell.grading": [1.0, 1.0], "shell.edge_layer": None}
+    return (
+        Effect(
+            "transverse shear", "two strains, on a reduced rule against locking", sheared, f"k = {factor:.3g} of k G h",
+            {"shell.shear_factor": _STIFF * SHEAR_FACTOR} if sheared else None,
+        ),
+        Effect(
+            "mesh grading", "nothing: as many elements, elsewhere", graded,
+            "layers of two elements" if layered else "smaller cells at clamps and edges" if graded else "an even mesh",
+            even if graded else None,
+        ),
+        Effect(
+            "a coarse mesh first", "the path on a coarse mesh, a start on the mesh itself", coarse,
+            "one equilibrium, or the scene says so" if coarse else "the path is walked on the mesh itself",
+            {"shell.start": "path"} if coarse else None,
+        ),
+    )  # fmt: skip
 
 
 def _itself(scene: Scene) -> Effect:

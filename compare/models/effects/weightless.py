@@ -1,4 +1,5 @@
-"""The keys that take the weight off a scene and leave what pulls at its end, which may hang along the weight too."""
+"""The keys that take the weight off a scene and leave what pulls at its end, which may hang along the weight too; and
+those that leave a share of all its loads."""
 
 from __future__ import annotations
 
@@ -14,3 +15,18 @@ def weightless(scene: SceneData) -> dict[str, Any]:
         return {"gravity": None}
     force = (scene.tip_force / force_scale(scene.strip)).tolist()
     return {"gravity": None, "tip.mass": None, "tip.load": None, "tip.tension": None, "tip.force": force}
+
+
+def loaded(scene: SceneData, share: float) -> dict[str, Any]:
+    """Keys with this share (>= 0) of weight and dead loads at the tip."""
+    if share == 0.0:
+        return {"gravity": None, "tip": None}
+    keys: dict[str, Any] = {}
+    if scene.gravity is not None and scene.strip.gamma is not None:
+        keys["strip.gamma"] = share * scene.strip.gamma
+    elif scene.gravity is not None:
+        keys["gravity.acceleration"] = share * scene.gravity.acceleration
+    if scene.tip is not None:
+        force = (share * scene.tip_force / force_scale(scene.strip)).tolist()
+        keys |= {"tip.mass": None, "tip.load": None, "tip.tension": None, "tip.force": force}
+    return keys

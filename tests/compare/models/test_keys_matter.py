@@ -127,6 +127,7 @@ PAIRS: dict[str, tuple[dict[str, Any], Any, Any]] = {
     "shell.edge_layer": ({}, None, 0.001),
     "shell.start_curvature": ({}, None, 1.0),
     "shell.start": ({}, None, "path"),
+    "shell.shear_factor": ({}, None, 1.0),
 }
 #: Keys without a pair: they name things, check other keys, or belong to another test.
 APART = {
