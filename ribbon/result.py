@@ -368,7 +368,8 @@ class Equilibrium:
     @property
     def numbers(self) -> dict[str, FloatArray]:
         """What is told of the state, by name: "forces.start", "forces.end" and "forces.walls.0" (3,) in D w / l^2,
-        "lines.0.n" (2 n,), the ends of the n lines along which it touches a wall, in l, "mean_pressures.walls.0" (D / l^3),
+        "lines.0.n" (2 n,), the ends of the n lines along which it touches a wall, in l, "mean_pressures.walls.0" in
+        D / l^3,
         "moments.start" and "moments.end" (3,) and "energy.elastic", "energy.gravity", "energy.tip", "energy.plates",
         "energy.total" in D w / l, "lowest_eigenvalue", "max_abs_eta", "max_abs_eta_prime_w_half"; of a free twist
         "max_abs_tau" (1/l) for those. Their changes between segments are their errors."""

@@ -31,8 +31,8 @@ def gap(one: ShellSurface, other: ShellSurface) -> float:
 
 def _errors(result: ShellResult, along: ShellResult, across: ShellResult) -> dict[str, float]:
     """Error of what is told of a result, as that of its surface: by dotted name ("energy.total", "forces.start",
-    "moments.end", "gaps.walls.0", "lowest_eigenvalue") the sum of the changes (of a vector its 2-norm) in both directions
-    over 3/4."""
+    "moments.end", "gaps.walls.0", "lowest_eigenvalue") the sum of the changes (of a vector its 2-norm) in both
+    directions over 3/4."""
 
     def numbers(of: ShellResult) -> dict[str, np.ndarray]:
         found: dict[str, Any] = {f"energy.{name}": value for name, value in of.energy.items()}
