@@ -39,7 +39,7 @@ class WallForce:
     plate above its place at rest, in l (None: a rigid wall); lines (n, 2): first and last abscissa of what it pushes in
     one piece, equal where that is one point, and within (n, 2): how much farther (l) each may reach on these segments,
     the next joint where a line ends at one; moment (3,) of a round obstacle about the origin, D w / l (None: a plane,
-    whose force acts along its normal)."""
+    whose force acts along its normal); pushes (m,): force at each of the ends, along the normal there, in D w / l^2."""
 
     force: FloatArray
     contacts: FloatArray
@@ -48,3 +48,12 @@ class WallForce:
     lines: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
     within: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
     moment: FloatArray | None = None
+    pushes: FloatArray = field(default_factory=lambda: np.empty(0))
+
+    @property
+    def mean_pressure(self) -> float | None:
+        """What pushes, over the width times the length of the `lines` along which it does, in D / l^3: of a strip that
+        lies flat the pressure itself. None where it touches along no length: a line across has a force and no pressure.
+        """
+        length = float(np.sum(self.lines[:, 1] - self.lines[:, 0]))
+        return float(np.sum(self.pushes)) / length if length > 0.0 else None

@@ -2,7 +2,8 @@
 
 Numbers go by dotted names, as in `result.json`: "forces.start", "forces.walls.0" (D w / l^2), "moments.end" (D w / l),
 "energy.elastic" (D w / l), "lowest_eigenvalue", "max_abs_eta". Of a force or moment (3,) the error is one number, in
-the Euclidean norm. "moments.walls.0" (about the origin) and "gaps.walls.0" (l) are there of models that tell them.
+the Euclidean norm. "moments.walls.0" (about the origin), "gaps.walls.0" (l), "mean_pressures.walls.0" and
+"greatest_pressures.walls.0" (D / l^3) are there of models that tell them.
 "lines.0.2" (4,) are the ends (l) of the two lines along which the strip touches wall 0: on elements
 on which it touches in more or fewer lines that is another number, and there is no error.
 """
@@ -21,6 +22,8 @@ FloatArray = NDArray[np.float64]
 ROUNDING = 1e-14
 #: Energies that have an error, as `result.json` names them, and numbers of a state that stand by themselves.
 ENERGIES = ("elastic", "gravity", "tip", "plates", "total")
+#: What else models may tell of a wall.
+OF_WALLS = ("moment", "gap", "mean_pressure", "greatest_pressure")
 ALONE = ("lowest_eigenvalue", "max_abs_eta", "max_abs_eta_prime_w_half", "max_abs_tau")
 
 
@@ -32,7 +35,7 @@ def numbers_of(state: Any) -> dict[str, FloatArray]:
         if held is not None:
             found |= {f"forces.{name}": held.force, f"moments.{name}": held.moment}
     found |= {f"forces.walls.{k}": wall["force"] for k, wall in enumerate(state.supports.walls)}
-    for name in ("moment", "gap"):  # of models that tell them
+    for name in OF_WALLS:
         found |= {f"{name}s.walls.{k}": wall.get(name) for k, wall in enumerate(state.supports.walls)}
     found |= {f"lines.{k}.{len(wall['lines'])}": wall["lines"].ravel() for k, wall in enumerate(state.supports.walls)}
     if state.energy is not None:
@@ -67,14 +70,13 @@ def nested(flat: Mapping[str, float | None]) -> dict[str, Any]:
     """Errors by dotted name as the nested ``forces``, ``moments``, ``energy`` of `result.json`, others as they are."""
     walls = sorted((name for name in flat if name.startswith("forces.walls.")), key=lambda name: int(name[13:]))
     lines = [name for name in flat if name.startswith("lines.")]
-    of_walls = {kind: [flat.get(f"{kind}.walls.{name[13:]}") for name in walls] for kind in ("moments", "gaps")
-                if f"{kind}.walls.0" in flat}  # fmt: skip
-    moments = {"walls": of_walls.pop("moments")} if "moments" in of_walls else {}
-    gaps = {"gaps": {"walls": of_walls["gaps"]}} if "gaps" in of_walls else {}
+    kinds = [f"{name}s" for name in OF_WALLS if any(known.startswith(f"{name}s.walls.") for known in flat)]
+    of_walls = {kind: {"walls": [flat.get(f"{kind}.walls.{name[13:]}") for name in walls]} for kind in kinds}
+    moments = of_walls.pop("moments", {})
     return {
         "forces": {**{end: flat.get(f"forces.{end}") for end in ("start", "end")}, "walls": [flat[w] for w in walls]},
         "moments": {**{end: flat.get(f"moments.{end}") for end in ("start", "end")}, **moments},
-        **gaps,
+        **of_walls,
         "energy": {name[7:]: error for name, error in flat.items() if name.startswith("energy.")},
         "lines": [flat[name] for name in sorted(lines, key=lambda name: int(name.split(".")[1]))],
         **{name: flat[name] for name in ALONE if name in flat},

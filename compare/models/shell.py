@@ -498,7 +498,8 @@ def _supports(scene: Scene, data: Mapping[str, Any]) -> Supports:
 
 
 def _wall(scene: Scene, number: int, found: Mapping[str, Any]) -> dict[str, Any]:
-    """What a wall exerts, as a ribbon's is told, with its moment about the origin and the nearest node's gap."""
+    """What a wall exerts, as a ribbon's is told, with its moment about the origin, the nearest node's gap, and the
+    pressures (D / l^3)."""
     name = scene.walls[number].name
     contacts = np.asarray(found["contacts"], dtype=float).reshape(-1, 2)
     return {
@@ -509,5 +510,9 @@ def _wall(scene: Scene, number: int, found: Mapping[str, Any]) -> dict[str, Any]
         "contacts": np.unique(np.round(contacts[:, 0], 10)),
         "lines": np.asarray(found["lines"], dtype=float).reshape(-1, 2),
         "points": np.asarray(found["points"], dtype=float).reshape(-1, 3),
+        "pushes": np.asarray(found["pushes"], dtype=float),
+        "pressure": np.asarray(found["pressure"], dtype=float),
+        "greatest_pressure": found["greatest_pressure"],
+        "mean_pressure": found["mean_pressure"],
         "height": found["height"],
     }

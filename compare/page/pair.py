@@ -36,7 +36,8 @@ class Row:
     was found; counterpart: where the model beside comes to rest from the shell's shape, where that is another state
     than its own; shell_errors: of the shell's forces, moments, energies and lowest eigenvalue (`State.errors`);
     shell_walls: what each wall
-    exerts on the shell, force, moment about the origin, gap, each with its error (None: not known); `claimed` is of one
+    exerts on the shell, force, moment about the origin, gap, mean and greatest pressure, each with its error (None: not
+    known); `claimed` is of one
     state only; laid: how the ribbon was moved before distances were taken, where nothing resists
     that; warm: the ribbon's time is of repeated solves, with all loaded, as the shell's always is without its imports
     and compilation; searched: it holds a search for segments.

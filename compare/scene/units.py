@@ -23,15 +23,15 @@ _READ: dict[str, tuple[tuple[float, float, str], ...]] = {
             (least, 1.0 / least if least else 1e9, prefix + base)
             for least, prefix in ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (0.0, "n"))
         )
-        for base in ("N", "J")
+        for base in ("N", "J", "Pa")
     },
 }
 
 
 #: Unit of a dimensionless number, as tables name it -> its base unit in SI; "moment" is D w / l, "D / l^2" an energy by
-#: area.
+#: area, "D / l^3" a pressure.
 _BASES = {
-    "l": "m", "1/l": "1/m", "D w / l^2": "N", "D w / l": "J", "moment": "N m", "D / l^2": "J/m^2",
+    "l": "m", "1/l": "1/m", "D w / l^2": "N", "D w / l": "J", "moment": "N m", "D / l^2": "J/m^2", "D / l^3": "Pa",
 }  # fmt: skip
 
 
@@ -113,6 +113,7 @@ class Units:
             "D w / l": energy,
             "moment": energy,
             "D / l^2": energy / self.length / self.width,
+            "D / l^3": force / self.length / self.width,
         }
         return (value * factors[unit], _BASES[unit]) if unit in factors else None
 

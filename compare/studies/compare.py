@@ -35,6 +35,7 @@ from compare.models import RICHEST, model
 from compare.models.base import BESIDE, Model, Options, Shape, State, Variant, check_keys
 from compare.models.choice import beside_the_shell, third_opinion
 from compare.models.effects.price import check_price
+from compare.models.quantities import NO_LENGTH
 from compare.models.same_state import SETTLED, Same, same_state
 from compare.models.scope import require_shell
 from compare.page.pair import Row, Times
@@ -268,13 +269,15 @@ def _held(state: State, kind: str) -> dict[str, FloatArray | None]:
 
 
 def _walls(state: State) -> tuple[dict[str, Any], ...]:
-    """What each wall exerts on a shell, each number with its error; moments are about the origin, in D w / l."""
+    """What each wall exerts on a shell, each number with its error; moments are about the origin, in D w / l, pressures
+    in D / l^3."""
     found = []
     for k, wall in enumerate(state.supports.walls):
         entry: dict[str, Any] = {"name": wall["name"], "contacts": len(wall["points"]), "height": wall["height"]}
-        for kind in ("force", "moment", "gap"):
+        for kind in ("force", "moment", "gap", "mean_pressure", "greatest_pressure"):
             known = (state.errors.get(f"{kind}s") or {}).get("walls") or ()
             entry |= {kind: wall[kind], f"{kind}_error": known[k] if k < len(known) else None}
+        entry |= {"mean_pressure_why": NO_LENGTH} if wall["mean_pressure"] is None else {}
         found.append(entry)
     return tuple(found)
 

@@ -124,6 +124,7 @@ def walls(problem: Mixed, x: FloatArray, rows: FloatArray) -> tuple[WallForce, .
         total = push.sum()
         blocks: list[tuple[Any, FloatArray]] = [(block, push)]
         joints, sides = np.nonzero(push.reshape(-1, 2) > _TOUCHES)
+        pushes = push[push > _TOUCHES]
         touching = s[block.joints[np.unique(joints)]]
         ends = [np.column_stack([s[block.joints[joints]], block.half_width * (1.0 - 2.0 * sides)])]
         if f"touch_{k}" in slices:
@@ -134,11 +135,12 @@ def walls(problem: Mixed, x: FloatArray, rows: FloatArray) -> tuple[WallForce, .
             blocks.append((between, push))
             places, pushed = s[between.segments] + between.places(x), push > _TOUCHES
             ends.append(np.column_stack([places, between.half_width * between.across(x)])[pushed])
+            pushes = np.append(pushes, push[pushed])
             touching = np.union1d(touching, places[pushed])
             touching = touching[np.diff(touching, prepend=-1.0) > _ONE_PLACE]
         height = float(x[block.plate]) if block.plate >= 0 else None
         force, moment = (total * np.asarray(wall.normal), None) if isinstance(wall, Wall) else _round(blocks, x)
-        exerted = WallForce(force, touching, np.vstack(ends), height, *_lines(touching, s), moment)
+        exerted = WallForce(force, touching, np.vstack(ends), height, *_lines(touching, s), moment, pushes)
         before = problem.walls[k - 1] if k else None
         if isinstance(wall, Face) and isinstance(before, Face) and before.room == wall.room:
             found[-1] = _together(found[-1], exerted, s)
@@ -155,8 +157,9 @@ def _together(one: WallForce, other: WallForce, joints: FloatArray) -> WallForce
     touching = touching[np.diff(touching, prepend=-1.0) > _ONE_PLACE]
     ends = np.vstack([one.ends, other.ends])
     return WallForce(
-        one.force + other.force, touching, ends, None, *_lines(touching, joints), one.moment + other.moment
-    )
+        one.force + other.force, touching, ends, None, *_lines(touching, joints), one.moment + other.moment,
+        np.append(one.pushes, other.pushes),
+    )  # fmt: skip
 
 
 def _round(blocks: list[tuple[Any, FloatArray]], x: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -67,16 +67,21 @@ def walls(
     for k, normal in enumerate(rows.path.normals):
         own = rows.walls == k
         at = np.flatnonzero(own & contact.active)
-        force = pushes[at, None] * normal
+        force, pressure = pushes[at, None] * normal, pushes[at] / areas[rows.nodes[at]]
+        touched = lines(nodes[:, 0], nodes[rows.nodes[at], 0])
+        length = float(np.sum(touched[:, 1] - touched[:, 0]))
         yield {
             "force": force.sum(axis=0),
             "moment": np.cross(points[at], force).sum(axis=0),
             "gap": float(np.min(gaps[own], initial=np.inf)) if own.any() else None,
             "height": None if rows.path.stiffness[k] is None else float(contact.heights[k]),
             "contacts": nodes[rows.nodes[at]],
-            "lines": lines(nodes[:, 0], nodes[rows.nodes[at], 0]),
+            "lines": touched,
             "points": points[at],
-            "pressure": pushes[at] / areas[rows.nodes[at]],
+            "pushes": pushes[at],
+            "pressure": pressure,
+            "greatest_pressure": float(np.max(pressure, initial=0.0)),
+            "mean_pressure": float(pushes[at].sum()) / length if length > 0.0 else None,
         }
 
 

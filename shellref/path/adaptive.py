@@ -19,6 +19,8 @@ from shellref.shell.strip import build_strip
 from shellref.shell.surface import ShellSurface
 
 SAFETY = 4.0 / 3.0
+#: Numbers of `ShellResult.walls` that have an error.
+OF_WALLS = ("force", "moment", "gap", "mean_pressure", "greatest_pressure")
 
 
 def gap(one: ShellSurface, other: ShellSurface) -> float:
@@ -29,12 +31,16 @@ def gap(one: ShellSurface, other: ShellSurface) -> float:
 
 def _errors(result: ShellResult, along: ShellResult, across: ShellResult) -> dict[str, float]:
     """Error of what is told of a result, as that of its surface: by dotted name ("energy.total", "forces.start",
-    "moments.end", "lowest_eigenvalue") the sum of the changes (of a vector its 2-norm) in both directions over 3/4."""
+    "moments.end", "gaps.walls.0", "lowest_eigenvalue") the sum of the changes (of a vector its 2-norm) in both
+    directions over 3/4."""
 
     def numbers(of: ShellResult) -> dict[str, np.ndarray]:
         found: dict[str, Any] = {f"energy.{name}": value for name, value in of.energy.items()}
         for where, clamp in of.clamps.items():
             found |= {f"forces.{where}": clamp["force"], f"moments.{where}": clamp["moment"]}
+        for k, wall in enumerate(of.walls):
+            told = {f"{kind}s.walls.{k}": wall[kind] for kind in OF_WALLS}
+            found |= {name: value for name, value in told.items() if value is not None}
         if of.lowest_eigenvalue is not None:
             found["lowest_eigenvalue"] = of.lowest_eigenvalue
         return {name: np.atleast_1d(np.asarray(value, dtype=float)) for name, value in found.items()}

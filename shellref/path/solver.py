@@ -176,7 +176,7 @@ class Solver:
             residual={
                 "absolute": absolute,
                 "relative": absolute / max(1.0, scale),
-                **({} if floats is None else sliding_force(equilibrium.supports, state, residual)),
+                **({} if floats is None else sliding_force(floats(state), residual, problem.slides and problem.walls)),
             },
             newton_iterations=equilibrium.iterations,
             factorisations=equilibrium.factorisations,
@@ -249,12 +249,10 @@ class Solver:
         return out
 
 
-def sliding_force(supports: Supports, state: np.ndarray, residual: np.ndarray) -> dict[str, float]:
-    """{"sliding": dE/ds, D w / l^2}: the force with which the mesh resists that a band slides along itself; nothing
-    where that turns it. state, residual (nodes, 6)."""
-    assert supports.motions is not None
-    motions = supports.motions(state)
-    return {"sliding": float(np.sum(motions[6] * residual))} if len(motions) > 6 else {}
+def sliding_force(motions: np.ndarray, residual: np.ndarray, on_walls: bool) -> dict[str, float]:
+    """{"sliding": dE/ds, D w / l^2}: the force with which the mesh resists that a band slides along itself, the last of
+    its motions (k, nodes, 6); nothing where that turns it. residual (nodes, 6); on_walls: fewer rigid ones are free."""
+    return {"sliding": float(np.sum(motions[-1] * residual))} if len(motions) > 6 or on_walls else {}
 
 
 def _factor(control: Control, problem: ShellProblem, arrived: bool) -> float:

@@ -91,6 +91,7 @@ NAMES = (
     "shell_thin",
     "shell_walls",
     "shell_roman",
+    "shell_table",
     "calculix",
     "shell_beside",
     "shell_adaptive",

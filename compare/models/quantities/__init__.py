@@ -5,6 +5,7 @@ They are read wherever a table is made: none of them loads a solver before it ta
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
@@ -32,15 +33,33 @@ class Declares(Protocol):
 
 
 def walls_of(state: State) -> list[dict[str, Any]]:
-    """The walls that a state touches, with the errors of the ends of their `lines` (l), None with the reason where one
-    is not known."""
+    """The walls that a state touches, with the errors of the ends of their `lines` (l) and of pressures (D / l^3), None
+    with the reason where one is not known."""
     walls = list(state.supports.walls) if state.is_equilibrium else []
     known = state.errors.get("lines") or [None] * len(walls)
     unlike = "on finer elements it touches in more or fewer lines" if state.errors else "not asked for"
     found = []
-    for wall, error in zip(walls, known, strict=True):
+    for k, (wall, error) in enumerate(zip(walls, known, strict=True)):
         nowhere = not len(wall["lines"])
         why = "it touches nowhere" if nowhere else f"{unlike} ({state.error_why})" if state.error_why else unlike
         sure = None if nowhere else error
-        found.append({**wall, "lines_error": sure, **({} if sure is not None else {"lines_error_why": why})})
+        entry = {**wall, "lines_error": sure, **({} if sure is not None else {"lines_error_why": why})}
+        for name in ("mean_pressure", "greatest_pressure"):
+            entry |= with_error(wall, name, state.errors, k, state.error_why) if name in wall else {}
+        found.append(entry)
     return found
+
+
+#: Why a wall has no mean pressure.
+NO_LENGTH = "it touches along no length"
+
+
+def with_error(wall: Mapping[str, Any], name: str, errors: Mapping[str, Any], k: int, error_why: str) -> dict[str, Any]:
+    """A number of wall k and its error, each with the reason where it is not known."""
+    value, known = wall[name], (errors.get(f"{name}s") or {}).get("walls") or ()
+    error = known[k] if k < len(known) else None
+    entry = {name: value, f"{name}_error": error}
+    entry |= {f"{name}_why": NO_LENGTH} if value is None else {}
+    unlike = "on other elements it touches along no length" if errors and name == "mean_pressure" else "not asked for"
+    why = NO_LENGTH if value is None else f"{unlike} ({error_why})" if error_why else unlike
+    return entry if error is not None else {**entry, f"{name}_error_why": why}

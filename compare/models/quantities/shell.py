@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from compare.models.quantities import Answered
+from compare.models.quantities import Answered, with_error
 from compare.record.quantity import ABSENT, DATA, Part, Quantity
 
 if TYPE_CHECKING:
@@ -26,6 +26,16 @@ def _held(a: Answered, kind: str) -> dict[str, Any]:
     held = a.state.supports
     return {name: None if found is None else getattr(found, kind)
             for name, found in (("start", held.start), ("end", held.end))}  # fmt: skip
+
+
+def _walls(a: Answered) -> list[dict[str, Any]]:
+    """Every wall with its pressures and their errors."""
+    state = a.state
+    return [
+        dict(wall) | with_error(wall, "mean_pressure", state.errors, k, state.error_why)
+        | with_error(wall, "greatest_pressure", state.errors, k, state.error_why)
+        for k, wall in enumerate(state.supports.walls)
+    ]  # fmt: skip
 
 
 def _reported(quantity: Quantity[Answered]) -> Quantity[Answered]:
@@ -51,7 +61,7 @@ _QUANTITIES: tuple[Quantity[Answered], ...] = (
     Quantity("forces", unit="D w / l^2", kind=DATA, of=lambda a: {
         **_held(a, "force"), "walls": [wall["force"] for wall in a.state.supports.walls]}),
     Quantity("moments", unit="moment", kind=DATA, of=lambda a: _held(a, "moment")),
-    Quantity("walls", kind=DATA, of=lambda a: list(a.state.supports.walls)),
+    Quantity("walls", kind=DATA, of=lambda a: _walls(a)),
     Quantity("contact", kind=DATA, of=lambda a: a.state.native.data.get("contact", ABSENT) or ABSENT),
     Quantity("load_factor", kind=DATA, of=lambda a: _report(a).load_factor),
     Quantity("path_factor", kind=DATA, of=lambda a: _report(a).path_factor),

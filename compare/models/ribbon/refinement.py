@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
     from ribbon import Equilibrium
+    from ribbon.forces import WallForce
 
 #: Segments up to which a ribbon is solved again for the error estimate: with a dense Hessian (a chained ribbon where
 #: Ipopt is asked for), without one. Once beyond is allowed, for the cruder of the two estimates.
@@ -120,13 +121,25 @@ def _errors(
     estimate: Callable[[Sequence[Any]], float | None],
 ) -> dict[str, Any]:
     """The errors of the numbers of an equilibrium, one of a chain of meshes; none is less than what its forces are out
-    of balance by, and that of a line's end not less than what its segments leave open."""
+    of balance by, that of a line's end not less than what its segments leave open, nor that of a pressure than what
+    its line's do."""
     from ribbon.solvers.problem import force_scale
 
     found = errors_of(chain, estimate, float(e.residual) * force_scale(e.problem))
     within = [float(wall.within.max(initial=0.0)) for wall in e.walls]
     lines = [None if error is None else max(error, most) for error, most in zip(found["lines"], within, strict=True)]
-    return {**found, "lines": lines}
+    told = {**found, "lines": lines}
+    if "mean_pressures" in found:  # and of what is spread over a line, what these ends leave open of its length
+        left = [_unspread(wall) for wall in e.walls]
+        each = zip(found["mean_pressures"]["walls"], left, strict=True)
+        told["mean_pressures"] = {"walls": [None if error is None else max(error, most) for error, most in each]}
+    return told
+
+
+def _unspread(wall: WallForce) -> float:
+    """How much less a wall's mean pressure is (D / l^3) where its lines reach as far as they may."""
+    length, more = float(np.sum(wall.lines[:, 1] - wall.lines[:, 0])), float(np.sum(wall.within))
+    return 0.0 if wall.mean_pressure is None else wall.mean_pressure * more / (length + more)
 
 
 def _of_placed(e: Equilibrium) -> tuple[dict[str, Any], str]:

@@ -213,6 +213,8 @@ def _supports(scene: Scene | None, e: Equilibrium) -> Supports:
                 "contacts": found.contacts,
                 "lines": found.lines,
                 "points": _pushed(e, found.ends),
+                "pushes": found.pushes,
+                "mean_pressure": found.mean_pressure,
                 "height": found.height,
                 **({} if found.moment is None else {"moment": found.moment}),
             }

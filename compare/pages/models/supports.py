@@ -12,15 +12,18 @@ from compare.models.base import State
 from compare.page.pair import Row
 from compare.page.table import Cell, Column, Table
 
-FORCE = "D w / l^2"
+FORCE, PRESSURE = "D w / l^2", "D / l^3"
 TITLE = "Forces, side by side"
 COLUMNS = (
     Column("support", "support", kind="word", legend="what exerts it on the strip: an end that is held, or a wall"),
     Column("model", "model", kind="word", legend="the line model, or the shell of a w/h"),
     *(Column(f"force_{axis}", f"force {axis}", FORCE, "digits:6") for axis in "xyz"),
     Column("force_error", "force error", FORCE, "exponent:1", legend="what the discretisation leaves open of it"),
+    Column("pressure", "pressure", PRESSURE, "digits:4", legend="of a wall, mean over the width times the length "
+           "that touches; empty where that is none"),
+    Column("pressure_error", "pressure error", PRESSURE, "exponent:1", legend="of the discretisation"),
     Column("gap", "gap / l", "l", "exponent:1", legend="nearest node's distance from a wall; below 0 behind it"),
-)
+)  # fmt: skip
 
 
 def side_by_side(fast: State, rows: Sequence[Row]) -> Table | None:
@@ -39,7 +42,8 @@ def _of_line(fast: State) -> Iterator[tuple[Cell, ...]]:
     for name, held in (("start", fast.supports.start), ("end", fast.supports.end)):
         if held is not None:
             yield _row(f"clamp {name}", fast.model, held.force, errors.get(name))
-    yield from _walls(fast.model, fast.supports.walls, errors.get("walls") or ())
+    pressures = (fast.errors.get("mean_pressures") or {}).get("walls") or ()
+    yield from _walls(fast.model, fast.supports.walls, errors.get("walls") or (), pressures)
 
 
 def _of_shell(row: Row) -> Iterator[tuple[Cell, ...]]:
@@ -51,19 +55,23 @@ def _of_shell(row: Row) -> Iterator[tuple[Cell, ...]]:
         force = row.shell_forces.get(name)
         if force is not None:
             yield _row(f"clamp {name}", label, force, errors.get(name))
-    yield from _walls(label, row.shell_walls, errors.get("walls") or ())
+    pressures = [wall["mean_pressure_error"] for wall in row.shell_walls]
+    yield from _walls(label, row.shell_walls, errors.get("walls") or (), pressures)
 
 
 def _walls(
-    label: str, walls: Sequence[Mapping[str, Any]], errors: Sequence[float | None]
+    label: str, walls: Sequence[Mapping[str, Any]], errors: Sequence[float | None], pressures: Sequence[float | None]
 ) -> Iterator[tuple[Cell, ...]]:
     """The rows of walls, named or numbered."""
     for k, wall in enumerate(walls):
-        yield _row(
-            f"wall {wall['name']}", label, wall["force"], errors[k] if k < len(errors) else None, wall.get("gap")
-        )
+        error, sure = (known[k] if k < len(known) else None for known in (errors, pressures))
+        more = wall.get("mean_pressure"), sure, wall.get("gap")
+        yield _row(f"wall {wall['name']}", label, wall["force"], error, more)
 
 
-def _row(support: str, label: str, force: Any, error: float | None, gap: float | None = None) -> tuple[Cell, ...]:
+def _row(
+    support: str, label: str, force: Any, error: float | None, more: Sequence[float | None] = (None, None, None)
+) -> tuple[Cell, ...]:
+    """more: pressure, its error and gap, of a wall."""
     x, y, z = (float(v) for v in np.asarray(force))
-    return (support, label, x, y, z, None if error is None else float(error), None if gap is None else float(gap))
+    return (support, label, x, y, z, *(None if number is None else float(number) for number in (error, *more)))

@@ -78,12 +78,13 @@ def test_the_shell_lies_where_the_ribbon_does(beside):
     assert row.hausdorff < 3e-3
     (own,) = row.shell_walls
     ribbon = beside.fast.supports.walls[0]["force"]
+    told = ("force", "moment", "gap", "mean_pressure", "greatest_pressure")
     assert set(own) == {
         *("name", "contacts", "height"),
-        *(f"{name}{end}" for name in ("force", "moment", "gap") for end in ("", "_error")),
+        *(f"{name}{end}" for name in told for end in ("", "_error")),
     }
     assert own["name"] == "table"
-    assert all(own[f"{name}_error"] is not None for name in ("force", "moment", "gap"))
+    assert all(own[f"{name}_error"] is not None for name in told)
     assert 5.0 < ribbon[2] < 40.0
     np.testing.assert_allclose(own["force"], ribbon, atol=0.3)
     total = np.add(own["force"], row.shell_forces["start"])
@@ -107,6 +108,31 @@ def test_resultants_balance_by_shape_and_loads_alone(beside):
         left = unbalanced([wrench], np.array([0.0, 0.0, -40.0]), centre, [push])
         assert left < bound
         assert more == 0.0 or left > 1e-2
+
+
+def test_pressures_of_both_are_of_one_size_within_what_their_lines_leave_open(beside):
+    """Where the strip comes down on its table the ribbon's segments and the shell's elements leave open; what its table
+    pushes over that length is one number, within both errors, and each model's pushes are its force."""
+    (row,), (shell,) = beside.rows, beside.shells
+    (own,), (wall,), ribbon = row.shell_walls, shell.supports.walls, beside.fast.supports.walls[0]
+    known = beside.fast.errors["mean_pressures"]["walls"][0]
+    assert abs(own["mean_pressure"] - ribbon["mean_pressure"]) < known + own["mean_pressure_error"]
+    assert known > ribbon["mean_pressure"] / 24 / 0.4  # a segment of the line
+    for one in (wall, ribbon):
+        assert one["pushes"].sum() == pytest.approx(one["force"][2], rel=1e-7)
+        assert len(one["pushes"]) == len(one["points"])
+        length = np.diff(one["lines"], axis=1).sum()
+        assert one["mean_pressure"] == pytest.approx(one["force"][2] / length, rel=1e-7)
+    assert own["greatest_pressure"] == wall["pressure"].max() > own["mean_pressure"]
+
+
+def test_pressure_of_a_strip_that_lies_flat_is_that_of_its_weight(tmp_path):
+    """Of ribbon and shell: Gamma D / l^3 = 40 D / l^3, everywhere."""
+    flat = table(**{"clamp.start.position": [0.0, 0.0, 0.0]})
+    beside = compare(flat, CaseStore(tmp_path), Reporter(quiet=True), bare=True)
+    (row,), (shell,) = beside.rows, beside.shells
+    np.testing.assert_allclose(shell.supports.walls[0]["pressure"], 40.0, rtol=1e-7)
+    assert row.shell_walls[0]["mean_pressure"] == pytest.approx(beside.fast.supports.walls[0]["mean_pressure"], rel=0.1)
 
 
 def test_faces_are_read_from_the_scene():
@@ -133,6 +159,10 @@ def test_result_json_of_the_shell_says_what_touches(tmp_path):
     assert found["contact"]["penetration"] < 1e-4
     assert found["contact"]["through"] < 1e-10
     assert found["forces"]["walls"][0] == wall["force"]
+    assert sum(wall["pushes"]) == pytest.approx(wall["force"][2])
+    for name in ("mean_pressure", "greatest_pressure"):
+        assert wall[name] > 20.0
+        assert wall[f"{name}_error"] > 0.0
 
 
 def test_a_free_strip_on_a_table_is_told_without_its_motions():
