@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.models.holds import shell as shell_holds
+from compare.models.holds.words import at_ends
 from compare.models.scope import beyond_the_shell, require_shell
 from compare.scene.data import unit
 from compare.scene.inputs import law
@@ -231,11 +232,10 @@ def shell_words(scene: Scene) -> str:
     if shell.clamp == "corners":
         cell = "one cell of the mesh" if shell.corner is None else f"a cell of {shell.corner / length:g} l"
         what = f"{cell} at both corners"
-    where = "both ends" if scene.clamp_end is not None else "s = 0"
     mesh = " x ".join(map(str, shell_elements(scene))) + " elements"
     if shell.tolerance is not None:
         mesh += f" at first, refined to {shell.tolerance:g} {REQUESTED[shell.goal]}"
-    words = [_holds(scene, what, where), mesh]
+    words = [_holds(scene, what), mesh]
     if scene.walls:
         met = "the middle surface meets the walls" if shell.contact == "midsurface" else "both faces meet the walls"
         words.insert(1, f"{met}, without friction")
@@ -273,10 +273,11 @@ def shell_words(scene: Scene) -> str:
     return "; ".join(words)
 
 
-def _holds(scene: Scene, what: str, where: str) -> str:
-    """What holds the shell."""
+def _holds(scene: Scene, what: str) -> str:
+    """What holds the shell; what: of an edge whose frame is held."""
     if scene.closure is None:
-        return f"its clamps hold {what} at {where}"
+        held = at_ends(scene, what)
+        return f"its clamps hold {held}" if held else "no clamp holds it"
     held = "nothing holds it" if scene.clamp_start is None else f"its clamp holds {what} at the seam"
     return f"its ends are joined node to node, and {held}"
 

@@ -59,10 +59,11 @@ _CROSSING = Claim(
 _MODEL = Claim(
     "model", "the energy that the accuracy asks for is good enough", "its estimated distance to the shell, where asked"
 )
-_STATE = (
+_HERE = (
     FINITE, RESIDUAL, _BALANCE, _QUADRATURE, _CONVEX, _ELEMENTS, _FORCES, _STABLE, _RIVALS, _BRANCH, _WALLS, _CROSSING,
-    _MODEL,
 )  # fmt: skip
+#: What is claimed of a state alone: `_HERE` where its distance to shells is a claim of its own.
+_STATE = (*_HERE, _MODEL)
 _SAME = Claim("same", "both models are in one state", "the shell accepts the ribbon's surface as its beginning")
 #: The claim about every shell of a comparison.
 SHELLS = "shell"
@@ -72,9 +73,9 @@ _DISTANCE = Claim("distance", "the models are near each other", "Hausdorff dista
 _CLAIMS: dict[str, tuple[Claim, ...]] = {
     "solve": _STATE,
     "shell": (FINITE, RESIDUAL, _BALANCE, _ELEMENTS, _FORCES, _STABLE, _WALLS, _CROSSING),
-    "compare": (*_STATE, _SHELL, _SAME, _DISTANCE),
+    "compare": (*_HERE, _SHELL, _SAME, _DISTANCE),
     "limits --quick": (
-        *_STATE,
+        *_HERE,
         Claim(
             "distance", "the estimated distance to the shell is small",
             "estimate from the ribbon alone, the worse one where the thin strip has a state on either side of it",
@@ -85,7 +86,7 @@ _CLAIMS: dict[str, tuple[Claim, ...]] = {
         ),
     ),
     "limits": (
-        *_STATE, _SHELL, _SAME, _DISTANCE,
+        *_HERE, _SHELL, _SAME, _DISTANCE,
         Claim("share", "the shell hardly stretches where the model does not", "membrane and shear of its energy"),
     ),
     "explain": (
@@ -96,7 +97,7 @@ _CLAIMS: dict[str, tuple[Claim, ...]] = {
         ),
     ),
     "converge": (
-        *_STATE, _SHELL, _SAME,
+        *_HERE, _SHELL, _SAME,
         Claim("limit", "the model is what the shells tend to", "distance at h/w = 0 by extrapolation, its interval"),
     ),
     "cost": (

@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from compare.measure.align import both
 from compare.models import RICHEST, USUAL
 from compare.models.base import BESIDE, State
+from compare.models.holds.words import left
 from compare.models.shell import START
 from compare.models.shell_build import line_weight
 from compare.page.claims import SHELLS
@@ -213,14 +215,16 @@ def _laid(comparison: Comparison) -> list[str]:
     if not found:
         return []
     row, last = found[-1]
-    words = "moved and turned as a whole"
+    words = left(both(comparison.fast.motions, comparison.shells[comparison.rows.index(row)].motions))
     if last.seam:
         words += f", and slid along itself (at w/h = {row.width_to_thickness:g} by {last.slide:.1e} l)"
     if last.mirrored:
         words += "; the mirror image is compared, the band of the other hand"
     what = "strip" if comparison.scene.closure is None else "band"
     model = comparison.fast.model
-    return [f"Nothing holds the {what}: the {model} is laid on the shell by least squares, {words}."]
+    clamped = comparison.scene.clamp_start is not None or comparison.scene.clamp_end is not None
+    free = "Nothing resists some motions of" if clamped else "Nothing holds"
+    return [f"{free} the {what}: the {model} is laid on the shell by least squares, {words}."]
 
 
 def _tension(comparison: Comparison) -> list[str]:
@@ -280,7 +284,7 @@ def _other_model(comparison: Comparison) -> list[str]:
     scene = comparison.scene
     found = []
     for name, clamp in (("start", scene.clamp_start), ("end", scene.clamp_end)):
-        if clamp is None:
+        if clamp is None or clamp.tangent is None:  # a point holds no edge
             continue
         if scene.shell.clamp == "edge" and clamp.ruling == "free":
             found.append(f'the shell holds its whole edge: clamp.{name}.ruling = "straight" does the same')

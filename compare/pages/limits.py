@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from compare.measure.grades import GRADES, UNKNOWN, worst
+from compare.models.holds.words import briefly
 from compare.page.page import Picture, Surface
 from compare.page.pair import PAIR, Times
 from compare.page.si import with_si
@@ -23,7 +24,7 @@ from compare.scene.units import Units
 from compare.store.store import jsonable
 from compare.studies.checks import of_rows, of_state, worst_of
 from compare.studies.compare import Comparison
-from compare.studies.limits import Finding, Thresholds, doubted_share, doubted_where, hits, other_side, what_is_held
+from compare.studies.limits import Finding, Thresholds, doubted_share, doubted_where, hits, other_side
 
 #: The command whose verdict is of estimates alone.
 QUICK = "limits --quick"
@@ -213,13 +214,16 @@ def _kind(records: Sequence[dict[str, Any]], key: str) -> str:
 _LEFT_OUT = ("shell_end", "shell_middle", "message", "elements", "si")
 
 
-def _flat(row: dict[str, Any], before: str = "") -> dict[str, Any]:
+def _flat(row: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+    """A row of result.json by names with dots; walls by their names, which have a column in every row."""
     flat: dict[str, Any] = {}
     for name, value in jsonable(row).items():
         if name in _LEFT_OUT:
             continue
         if isinstance(value, dict):
             flat.update(_flat(value, f"{before}{name}."))
+        elif isinstance(value, list) and any(isinstance(part, dict) for part in value):
+            flat.update(_flat({part.get("name") or str(k): part for k, part in enumerate(value)}, f"{before}{name}."))
         else:
             flat[before + name] = value
     return flat
@@ -394,7 +398,7 @@ def _of_one_clamp(out: Path, shells: Sequence[Finding], title: str, suffix: str)
     from compare.pages.pictures import limits as limits_figures
 
     worst = max(f.share or 0.0 for f in shells)
-    held = f"{what_is_held(shells[0].scene)} held"
+    held = f"{briefly(shells[0].scene)} held"
     names = {kind: f"{kind}{suffix}.png" for kind in ("shares", "maps", "shapes")}
     limits_figures.shares_picture(out / names["shares"], shells, f"{title} ({held})")
     limits_figures.maps_picture(out / names["maps"], shells, f"{title} ({held})")

@@ -33,7 +33,7 @@ from compare.measure.distance import centreline_distance, grid_hausdorff
 from compare.measure.grid import Grid
 from compare.models import RICHEST, model
 from compare.models.base import BESIDE, Model, Options, Shape, State, Variant, check_keys
-from compare.models.choice import beside_the_shell, third_opinion
+from compare.models.choice import beside_the_shell, settled, third_opinion
 from compare.models.effects.price import check_price
 from compare.models.quantities import NO_LENGTH
 from compare.models.same_state import SETTLED, Same, same_state
@@ -121,7 +121,7 @@ def compare(
     check_price(scene)
     repeats = 0 if bare else None
     requested = Options(leave_saddle=leave_saddle, error=True, repeats=repeats, store=store)
-    own = quick.variants(scene)
+    own = one_energy(quick.variants(scene))
     beside = tuple(quick.solve(variant.scene, options=requested, say=reporter) for variant in own)
     fast = beside[-1]
     grid = Grid.for_shape(scene, max(state.shape.bend if state.shape is not None else 1.0 for state in beside))
@@ -157,6 +157,17 @@ def compare(
     line = lines[-1][1]
     apart = None if planar is None or line is None else centreline_distance(line, planar)
     return Comparison(scene, fast, elastica, apart, found, tuple(shells), grid, fit_slope(found), beside)
+
+
+def one_energy(variants: tuple[Variant, ...]) -> tuple[Variant, ...]:
+    """Variants of several w/h with one energy, where the scene leaves it open: the one chosen for the thickest strip,
+    which is near enough to thinner shells too. Distances of several models would make no slope and no limit."""
+    if len(variants) < 2 or variants[0].scene.model.accuracy is None:
+        return variants
+    thickest = min(variants, key=lambda variant: variant.keys["width_to_thickness"])
+    energy = settled(thickest.scene).model.energy
+    named = {"model.energy": energy, "model.accuracy": None}
+    return tuple(replace(variant, scene=variant.scene.replace(named)) for variant in variants)
 
 
 def lower_state(

@@ -26,6 +26,7 @@ from compare.models import RICHEST
 from compare.models.base import Options, State, check_keys
 from compare.models.capabilities import Estimate, Estimates
 from compare.models.choice import beside_the_shell, chosen
+from compare.models.holds.words import briefly
 from compare.models.scope import require_shell
 from compare.page.pair import Row
 from compare.page.wording import percent
@@ -347,17 +348,10 @@ def reason(finding: Finding) -> str:
     return text + portion
 
 
-def what_is_held(scene: Scene) -> str:
-    """What of the strip, before the word held."""
-    if scene.clamp_start is None:
-        return "nothing"
-    return "corners" if scene.shell.clamp == "corners" else "whole edge"
-
-
 def sentence(finding: Finding) -> str:
     """The verdict with the numbers behind it."""
     scene = finding.scene
-    where = f"w/h = {finding.width_to_thickness:g}, {what_is_held(scene)} held"
+    where = f"w/h = {finding.width_to_thickness:g}, {briefly(scene)} held"
     if finding.values:
         where = ", ".join(f"{key.split('.', 1)[-1]} = {_plain(value)}" for key, value in finding.values.items()) + (
             f", {where}"

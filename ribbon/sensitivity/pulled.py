@@ -38,7 +38,7 @@ def pulled(equilibrium: Equilibrium, gradients: Sequence[FloatArray]) -> Pulled:
     here = point(equilibrium, unstable=True)
     problem: Any = here.problem
     if not problem.fields.in_plane:
-        freed = problem.with_changes(in_plane=True)
+        freed = problem.with_changes(in_plane=True).anchored(problem.anchor(here.x))
         x = freed.state(*problem.joint_values(here.x))
         here = Point(freed, x, _rows_of(problem, freed, here.rows), np.zeros(x.size))
         problem = freed

@@ -5,9 +5,9 @@ energy "finite", which costs milliseconds from the shape of the one before, and 
 (`compare.models.ribbon.neglected`). The first within the accuracy is taken. Where not even "finite" is, the shell is
 asked for: the answer is then that of "finite", and says so. Where "finite" has no stable state nothing tells of the
 others: a scene that says an accuracy is then answered by it, one that says none by the energy that is exact in the
-width. Where a scene may have several equilibria, an energy whose state is not known to be stable in the limit of many
-segments is passed over. All this is of one state: where a lower one was seen beside it
-(`compare.models.ribbon.rivals`) the choice says that it is not sure.
+width. An energy whose state is a saddle on finer segments is passed over; where a scene may have several equilibria,
+also one whose state is not known to be stable in the limit. All this is of one state: where a lower one was seen beside
+it (`compare.models.ribbon.rivals`) the choice says that it is not sure.
 """
 
 from __future__ import annotations
@@ -183,15 +183,13 @@ def _open(
     options: Options,
     say: Reporter | None,
 ) -> str:
-    """Why a state is not known to be stable on ever finer segments, "" where it is; not asked where a lower one is
-    looked for (`is_probed`)."""
-    if is_probed(scene):
-        return ""
+    """Why an energy is passed over for what its state is on ever finer segments: it is not stable there; or that is
+    open, where no lower state is looked for (`is_probed`). "" where it is not."""
     path, found, seconds = solved
     state = judged(state_of(scene, found, own_size(found), seconds, path), say, options.grid, scene)
-    if state.ok and state.stable:
-        return ""
-    return "whether it is stable is open" if state.ok else "it is not stable on finer segments"
+    if not state.ok:
+        return "it is not stable on finer segments"
+    return "" if state.stable or is_probed(scene) else "whether it is stable is open"
 
 
 def _asked(scene: Scene) -> bool:

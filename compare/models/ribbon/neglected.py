@@ -174,14 +174,15 @@ def corner_turn(scene: Scene, equilibrium: Equilibrium, ends: tuple[float, ...])
 
 
 def beside(scene: Scene, equilibrium: Equilibrium, ratio: float | None = None) -> Equilibrium | None:
-    """The strip with energy "finite" on the segments of another strip of the scene, from its shape; ratio: w/h, None:
-    the scene's own thickness. None where the scene has no such strip.
+    """The strip with energy "finite" on the segments of another strip of the scene, from its shape where it lies;
+    ratio: w/h, None: the scene's own thickness. None where the scene has no such strip.
 
     A curvature that has jumped through zero on the way may be held by its elements: then the scene's own seed is tried
     too, and the lower one kept.
     """
     from ribbon import solve
     from ribbon.errors import RibbonInputError
+    from ribbon.find.continuation import anchored
     from ribbon.find.solve import solve_from
     from ribbonbench.errors import BadInput
 
@@ -190,6 +191,7 @@ def beside(scene: Scene, equilibrium: Equilibrium, ratio: float | None = None) -
         problem: Any = ribbon_problem(own, _form(own)).with_changes(lengths=equilibrium.problem.lengths)
     except (BadInput, RibbonInputError):
         return None
+    problem = anchored(problem, equilibrium)
     omega, eta = equilibrium.problem.joint_values(equilibrium.x)
     twist = eta if equilibrium.problem.fields.free else eta * omega
     there = solve_from(problem, problem.state(omega, twist), leave_saddle=True)

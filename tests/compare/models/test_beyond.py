@@ -68,3 +68,21 @@ def test_few_elements_do_not_hide_another_state():
     )
     assert np.abs(coarse.position(S) - fine.position(S)).max() < 2e-3
     assert coarse.omega(S).min() > 0.0
+
+
+@pytest.mark.parametrize(("held", "along"), [("start", -1.0), ("end", 1.0)])
+def test_a_strip_on_a_nail_is_begun_where_it_hangs(held, along):
+    """Straight down from a point: the strip of finite thickness is the same, in few steps, and what it leaves out moves
+    nothing; begun along e_z, where a free start has no pose of its own, it swung down, and was told 5.8 l away."""
+    nail = load("cantilever").replace(
+        {"clamp.start": None, f"clamp.{held}": {"position": [0.0, 0.0, 0.0]}, "seed": None, "model.elements": 8}
+    )
+    state = solve(nail.replace({"model.energy": "wunderlich"}), "ribbon").native
+    thick = thin(nail, 100.0)
+    there = beside(nail, state, 100.0)
+    assert there.ok
+    assert there.iterations < 10
+    drop = there.position([1.0])[0] - there.position([0.0])[0]
+    np.testing.assert_allclose(drop, along * np.asarray(nail.up), atol=1e-9)
+    assert beyond(thick, there).distance < 1e-9
+    assert to_shell(nail, state, there, 100.0) < 1e-9

@@ -7,6 +7,7 @@ import pytest
 
 from compare import registry
 from compare.models.holds import shell as shell_holds
+from compare.models.holds.words import at_ends, briefly
 from compare.models.shell_build import shell_problem
 from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
@@ -113,3 +114,15 @@ def test_a_path_is_refused_by_its_key():
         shell_problem(one, 100.0)
     assert caught.value.key == "path"
     assert registry.model("shell").refusal(one) is None  # from the ribbon's surface it has no path to follow
+
+
+@pytest.mark.parametrize("name", HELD)
+def test_words_say_what_is_held(name):
+    """As the shell is asked: a point is no edge, and where no clamp is none is said to hold."""
+    there = scene(name)
+    (start, end), said, short = shell_holds.holds(there), at_ends(there, "the whole edge"), briefly(there)
+    assert ("the middle of the edge" in said) == ("position" in (start, end))
+    whole = any(clamp is not None and clamp.tangent is not None for clamp in (there.clamp_start, there.clamp_end))
+    assert ("the whole edge" in said) == whole
+    assert (short == "whole edge") == whole
+    assert (said == "") == (there.clamp_start is None and there.clamp_end is None)

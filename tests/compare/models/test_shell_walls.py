@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import csv
 import json
 
 import numpy as np
 import pytest
 
+from compare.cli import DONE, NOT_CONVERGED, main
 from compare.measure.balance import Push, Wrench, unbalanced
 from compare.models.scope import has_shell
 from compare.models.shell import motions_of
@@ -173,3 +175,19 @@ def test_a_free_strip_on_a_table_is_told_without_its_motions():
     assert (len(found.translations), len(found.axes)) == (2, 1)
     np.testing.assert_allclose(found.translations[:, 2], 0.0, atol=1e-12)
     assert has_shell(scene)
+
+
+def test_limits_has_a_column_for_every_number_of_a_wall(tmp_path):
+    """The row of limits.csv and the wall of result.json are the same numbers; nothing holds the strip's other end."""
+    light = {"shell.elements": [12, 2], "model.elements": 12, "model.energy": "wunderlich"}
+    scene = tmp_path / "table.toml"
+    scene.write_text(TABLE)
+    words = [word for key, value in light.items() for word in ("--set", f"{key}={json.dumps(value)}")]
+    out = tmp_path / "out"
+    assert main(["limits", str(scene), *words, "--quiet", "--out", str(out)]) in (DONE, NOT_CONVERGED)
+    (row,) = csv.DictReader((out / "limits.csv").open())
+    (found,) = json.loads((out / "result.json").read_text())["rows"]
+    (wall,) = found["shell_walls"]
+    assert float(row["shell_walls.table.contacts"]) == wall["contacts"] > 0
+    assert json.loads(row["shell_walls.table.force"]) == pytest.approx(wall["force"])
+    assert wall["force"][2] > 5.0

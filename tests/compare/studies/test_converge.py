@@ -11,15 +11,16 @@ import scipy.optimize
 import scipy.stats
 
 from compare.cli import main
-from compare.models import solve
+from compare.models import model, solve
 from compare.models.base import Energy, Options
+from compare.models.choice import settled
 from compare.models.scope import require_shell
 from compare.page.page import read_page
 from compare.page.pair import Times
 from compare.pages import converge as convergence_write
 from compare.scene.scene import load
 from compare.studies import converge_run as convergence_run
-from compare.studies.compare import Row
+from compare.studies.compare import Row, one_energy
 from compare.studies.converge import Points, limit, line, line_band, richardson, scalars, slope
 from ribbonbench.errors import BadInput
 from tests.compare.studies.outside import Arc, registered
@@ -362,3 +363,15 @@ def test_converge_from_the_command_line(tmp_path, capsys):
     for surface in page.surfaces:
         assert (tmp_path / surface.file).exists()
     assert str(tmp_path) not in (tmp_path / "page.json").read_text() + (tmp_path / "result.json").read_text()
+
+
+def test_rows_of_several_thicknesses_have_one_energy():
+    """Left open, a thick strip asks for the energy with thickness, a thin one for none: distances of both on one line
+    had the slope of no model. All rows have that of the thickest."""
+    scene = load("curled_end").replace({"model.energy": None, "shell.width_to_thickness": [20.0, 1000.0]})
+    own = model("ribbon").variants(scene)
+    assert [settled(one.scene).model.energy for one in own] == ["finite", "wunderlich"]
+    assert [one.scene.model.energy for one in one_energy(own)] == ["finite", "finite"]
+    assert [one.keys for one in one_energy(own)] == [one.keys for one in own]
+    named = model("ribbon").variants(scene.replace({"model.energy": "finite"}))
+    assert one_energy(named) == named

@@ -10,6 +10,7 @@ import pytest
 
 from compare.cli import BAD_INPUT, DONE, main
 from compare.measure.grades import resolved
+from compare.models.holds.words import briefly
 from compare.page.page import read_page
 from compare.pages.pictures.limits import varied
 from compare.scene.scene import load
@@ -24,7 +25,6 @@ from compare.studies.limits import (
     require_limits,
     stretching_zones,
     study,
-    what_is_held,
     with_clamp,
 )
 
@@ -215,11 +215,11 @@ def test_bad_input(tmp_path, capsys, arguments, named):
 def test_bands_are_asked_free_and_on_a_table():
     table = load("moebius_table_edge").replace({"shell.width_to_thickness": 100})
     require_limits(table)
-    assert what_is_held(table) == "nothing"
+    assert briefly(table) == "nothing"
     band = load("moebius_6_1").replace({"shell.width_to_thickness": 100})
     require_limits(band)
-    assert what_is_held(band) == "nothing"
-    assert what_is_held(load("curl_4_3")) == "whole edge"
+    assert briefly(band) == "nothing"
+    assert briefly(load("curl_4_3")) == "whole edge"
 
 
 def test_what_is_varied():
