@@ -22,6 +22,10 @@ HELP = "bifurcation diagrams: what else is an equilibrium, where branches fold, 
 EXAMPLE = "ribbonbench branches shift_7_2 --along clamp.end.position[1] --from 0.01 --to 0.6"
 
 
+#: What is solved so far, until all is.
+JOURNAL = "unfinished.journal"
+
+
 def register(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     common.scene_arguments(parser)
@@ -114,9 +118,11 @@ def _diagram(options: argparse.Namespace, console: Console, scene: Scene, out: P
     from compare.studies.branches.run import diagram
 
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
-        found = diagram(scene, options.along, options.first, options.last, options.model or (), asked, reporter)
+        found = diagram(scene, options.along, options.first, options.last, options.model or (), asked, reporter, out / JOURNAL)
         reporter.step("writing tables, shapes and the picture")
         write.write(out, found, options.line)
+        if not any(branch.ended == "stopped" for branch in found.branches):
+            (out / JOURNAL).unlink(missing_ok=True)
     if common.spoken(options):
         print_verdict(console, write.answer(found))
         special = write.special_table(found)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from compare.continuation import bordered
+from compare.continuation.journal import journalled
 from compare.continuation.point import Point, length
 from compare.continuation.system import FloatArray, System
 
@@ -23,6 +24,11 @@ ROUNDING = 1e3
 Direction = tuple[FloatArray, float]
 
 
+@journalled(
+    lambda system, *asked: (type(system).__name__, *asked),
+    lambda found: [] if found is None else [np.asarray(part) for part in found],
+    lambda kept: (kept[0], float(kept[1]), int(kept[2]), float(kept[3])) if kept else None,
+)
 def corrected(
     system: System,
     z: FloatArray,
@@ -62,6 +68,11 @@ def corrected(
     return None
 
 
+@journalled(
+    lambda system, *asked: (type(system).__name__, *asked),
+    lambda found: [] if found is None else [found[0][0], np.asarray(found[0][1]), np.asarray(found[1])],
+    lambda kept: ((kept[0], float(kept[1])), int(kept[2])) if kept else None,
+)
 def tangent(system: System, z: FloatArray, t: float, along: Direction) -> tuple[Direction, int] | None:
     """Unit tangent at an equilibrium on the side of `along`, and the number of unstable modes there."""
     factor = system.factor(z, t)

@@ -49,7 +49,9 @@ def follow(
         found += between
         events = [special for special in between if special.kind == "event"]
         if not events:
-            there = _on_moved_elements(there, options)
+            there = _on_moved_elements(there, options, landed)
+        if not there.system.resolved(there.z, there.t):
+            return Run(tuple(points), tuple(found), "unresolved", refused)
         points.append(there)
         if on_point is not None and not on_point(there):
             return Run(tuple(points), tuple(found), "stopped", refused)
@@ -65,15 +67,16 @@ def follow(
     return Run(tuple(points), tuple(found), "steps", refused)
 
 
-def _on_moved_elements(point: Point, options: Options) -> Point:
-    """The point on elements that follow what is sudden in its shape, across its tangent; itself where they need not
-    move, or it is not found there."""
+def _on_moved_elements(point: Point, options: Options, landed: bool) -> Point:
+    """The point on elements that follow what is sudden in its shape, across its tangent, or, where it has landed on an
+    end of the range, at its t; itself where they need not move, or it is not found there."""
     dz, dt = point.tangent
     system, z, directions = point.system.moved(point.z, point.t, dz[:, None])
     if system is point.system:
         return point
     along = directions[:, 0], dt
-    found = corrected(system, z, point.t, along, (z, point.t), 0.0, options.tolerance, CARRIED)
+    across = (np.zeros(system.size), 1.0) if landed else along
+    found = corrected(system, z, point.t, across, (z, point.t), 0.0, options.tolerance, CARRIED)
     side = None if found is None else tangent(system, found[0], found[1], along)
     if found is None or side is None or side[1] != point.unstable:
         return point

@@ -18,6 +18,7 @@ import scipy  # its parts are loaded where they are first used
 
 from compare.continuation import bordered
 from compare.continuation.correct import at, tangent
+from compare.continuation.journal import journalled
 from compare.continuation.point import Options, Point, Special, length, product
 from compare.continuation.system import FloatArray
 
@@ -99,10 +100,7 @@ def _critical(index: int, count: int) -> Callable[[Point], float]:
 
     def value(point: Point) -> float:
         if id(point) not in seen:
-            factor = point.system.factor(point.z, point.t)
-            if factor is None:
-                raise ArithmeticError
-            values, _ = bordered.near_zero(point.system, factor, count)
+            values = _values(point, count)
             negative = int((values < 0.0).sum())
             place = index - point.unstable + negative
             if 0 <= place < values.size:
@@ -115,6 +113,16 @@ def _critical(index: int, count: int) -> Callable[[Point], float]:
     return value
 
 
+@journalled(lambda point, count: (point.z, point.t, count), lambda values: [values], lambda kept: kept[0])
+def _values(point: Point, count: int) -> FloatArray:
+    """Eigenvalues (count,) nearest zero. Raises ArithmeticError where there are none."""
+    factor = point.system.factor(point.z, point.t)
+    if factor is None:
+        raise ArithmeticError
+    return bordered.near_zero(point.system, factor, count)[0]
+
+
+@journalled(lambda point, count: (point.z, point.t, count), list, lambda kept: (kept[0], kept[1]))
 def modes_at(point: Point, count: int) -> tuple[FloatArray, FloatArray]:
     """Eigenvalues (count,) nearest zero and their vectors (n, count)."""
     factor = point.system.factor(point.z, point.t)

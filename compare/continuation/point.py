@@ -82,7 +82,8 @@ class Run:
     """A followed branch: points in order, special ones apart, and how it ended.
 
     ended: "range" (t left the range: the last point lies on its end), "closed" (back at its first point), "steps" (as
-    many as allowed), "stuck" (no next point at the shortest step), "stopped" (told to, or out of time).
+    many as allowed), "stuck" (no next point at the shortest step), "unresolved" (its elements are too coarse for the
+    next point), "stopped" (told to, or out of time).
     """
 
     points: tuple[Point, ...]

@@ -73,6 +73,9 @@ class System(Protocol):
         """The system on elements that stand where the shape z has what is sudden, z and directions (n, k) carried over,
         not yet an equilibrium; itself where they need not move."""
 
+    def resolved(self, z: FloatArray, t: float) -> bool:
+        """Whether its elements are fine enough for the shape z that what they say of it is believed."""
+
     def finer(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[System, FloatArray, FloatArray]:
         """The system on elements half as long, z and directions (n, k) carried over, not yet an equilibrium."""
 
@@ -104,3 +107,7 @@ class Unbounded:
     def moved(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Self, FloatArray, FloatArray]:
         """Its elements stay where they are."""
         return self, z, directions
+
+    def resolved(self, z: FloatArray, t: float) -> bool:
+        """They are."""
+        return True

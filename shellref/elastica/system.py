@@ -93,9 +93,13 @@ class System:
 
     def norm(self, residual: Array) -> float:
         """Out-of-balance moment in D w / l (L2), with the misfits of angles (rad) and of the end (l)."""
+        return math.hypot(*self.parts(residual))
+
+    def parts(self, residual: Array) -> tuple[float, float]:
+        """The two of `norm`: out-of-balance moment, misfit."""
         moment = self.discrete.moment_norm(residual[self.discrete.free])
         misfit = np.concatenate([residual[self.discrete.given], residual[self.count :]])
-        return math.hypot(moment, float(np.linalg.norm(misfit)))
+        return moment, float(np.linalg.norm(misfit))
 
     def product(self, u: Array, v: Array) -> float:
         """L2 product of the angles of two z."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,12 +12,14 @@ import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from compare.continuation.point import Point
+from compare.continuation.system import Unbounded
 from compare.models.base import Shape, State
 from compare.models.capabilities import BranchStart
 from compare.models.elastica.shape import ElasticaShape
 from compare.models.elastica.start import elastica_problem
 from compare.scene.scene import Scene
 from ribbonbench.errors import BadInput
+from shellref.elastica.fitted import fitted, missed
 from shellref.elastica.problem import ElasticaProblem, LoadPath
 from shellref.elastica.result import ElasticaResult
 from shellref.elastica.solve import branch_result
@@ -28,6 +31,11 @@ ProblemAt = Callable[[float], ElasticaProblem]
 #: Eigenvalues that are looked at for negative ones.
 _SEEN = 10
 _STEP = 1e-4
+#: Relative error of the curvature from which elements move, and the part of it that is worth it; above which a point is
+#: not resolved.
+FITTED, WORTH, RESOLVED = 1e-4, 0.5, 1e-2
+#: Slack (l) at the least by which angles are measured, and residuals, which rounding bounds.
+_LEAST_SLACK, _FINEST = 1e-9, 1e-4
 
 
 @dataclass(frozen=True)
@@ -64,14 +72,16 @@ class Factored:
 
 
 @dataclass(frozen=True)
-class ElasticaEquations:
-    """problem_at: t, without unit -> the elastica there, held alike at every t; nodes (n + 1,), degree: its elements.
+class ElasticaEquations(Unbounded):
+    """problem_at: t, without unit -> the elastica there, held alike at every t; nodes (n + 1,), degree: its elements;
+    sharp: 1 / width of the layers that they are for, in 1/l, at least 1.
 
     z: coefficients of theta, and the reactions of a held end."""
 
     problem_at: ProblemAt
     nodes: FloatArray
     degree: int
+    sharp: float = 1.0
 
     @classmethod
     def of(cls, problem_at: ProblemAt, result: ElasticaResult) -> tuple[ElasticaEquations, FloatArray]:
@@ -88,6 +98,25 @@ class ElasticaEquations:
         start, end = self.problem_at(0.0), self.problem_at(1.0)
         return System(self.nodes, self.degree, _Way(start, end, self.problem_at))
 
+    @cached_property
+    def slack(self) -> float:
+        """Twice the length (l) that the strip has to spare between its ends, at the most over the range; 1 where it is
+        not held so, or turns by more than half a turn.
+
+        int (1 - cos phi) ds is that length, phi the angle to the chord: of a strip that is nearly straight phi is of
+        the size of the root of this number, and so is all that can happen to it."""
+        if len(self.system.normals) < 2:
+            return 1.0
+        most = 0.0
+        for t in (0.0, 0.5, 1.0):
+            problem = self.problem_at(t)
+            if problem.end is None or None in (problem.start_angle, problem.end_angle):
+                return 1.0
+            if abs(float(problem.end_angle or 0.0) - float(problem.start_angle or 0.0)) > math.pi:
+                return 1.0
+            most = max(most, 2.0 * (1.0 - math.hypot(*problem.end)))
+        return min(max(most, _LEAST_SLACK), 1.0)
+
     @property
     def size(self) -> int:
         """Coefficients and reactions."""
@@ -101,8 +130,10 @@ class ElasticaEquations:
             return np.full(self.size, np.nan)
 
     def norm(self, residual: FloatArray) -> float:
-        """Out-of-balance moment and misfits."""
-        return float(self.system.norm(residual))
+        """Out-of-balance moment over the strip's own, misfits over the length that it has to spare, or its layers."""
+        moment, misfit = self.system.parts(residual)
+        own = math.sqrt(max(self.slack, _FINEST)) * self.sharp
+        return math.hypot(moment / own, misfit * max(1.0 / max(self.slack, _FINEST), self.sharp))
 
     def rate(self, z: FloatArray, t: float) -> FloatArray:
         """dG/dt by differences, from one side at an end of what is possible."""
@@ -126,49 +157,50 @@ class ElasticaEquations:
         return Factored(found, self.system, z, t)
 
     def mass(self, v: FloatArray) -> FloatArray:
-        """L2 product of angles; given ones do not move."""
+        """L2 product of angles, over the size of what they may be; given ones do not move."""
         count = self.system.count
         weighed = np.zeros(self.size)
-        weighed[:count] = self.system.discrete.weighted(v[:count])
+        weighed[:count] = self.system.discrete.weighted(v[:count]) / self.slack
         weighed[self.system.discrete.given] = 0.0
         return weighed
-
-    def reach(self, z: FloatArray, dz: FloatArray) -> float:
-        """Nothing bounds an elastica."""
-        return 1.0
 
     def stepped(self, z: FloatArray, dz: FloatArray) -> FloatArray:
         """z + dz."""
         return z + dz
 
-    def slacks(self, z: FloatArray, t: float) -> FloatArray:
-        """No conditions of one side."""
-        return np.zeros(0)
-
-    def beyond(
-        self, z: FloatArray, t: float, condition: int, directions: FloatArray
-    ) -> tuple[ElasticaEquations, FloatArray, FloatArray, str]:
-        """There is none to go beyond."""
-        raise ValueError(f"condition = {condition}: an elastica has no conditions of one side")
-
-    def renewed(
-        self, z: FloatArray, t: float, directions: FloatArray
-    ) -> tuple[ElasticaEquations, FloatArray, FloatArray]:
-        """Everything moves something."""
-        return self, z, directions
-
     def moved(
         self, z: FloatArray, t: float, directions: FloatArray
     ) -> tuple[ElasticaEquations, FloatArray, FloatArray]:
-        """Nothing of an elastica is sudden."""
-        return self, z, directions
+        """As many elements where the shape needs them (`shellref.elastica.fitted`); itself where they resolve it."""
+        before = self.missed(z, t)
+        if not before > FITTED:
+            return self, z, directions
+        problem, sharp = self.system.way.at(t), math.sqrt(max(1.0, self.system.loads(z, t).load))
+        joints = fitted(self.system, self.degree, z, t, len(self.nodes) - 1, problem)
+        if not missed(self.system, self.degree, z, t, joints) < WORTH * before:
+            return self, z, directions
+        return self._carried(joints, z, directions, sharp)
+
+    def missed(self, z: FloatArray, t: float) -> float:
+        """Relative error of the curvature that its elements leave, estimated."""
+        return missed(self.system, self.degree, z, t)
+
+    def resolved(self, z: FloatArray, t: float) -> bool:
+        """Whether they leave little."""
+        return self.missed(z, t) <= RESOLVED
 
     def finer(
         self, z: FloatArray, t: float, directions: FloatArray
     ) -> tuple[ElasticaEquations, FloatArray, FloatArray]:
         """Every element cut in two: the same angle, exactly."""
         nodes = np.sort(np.concatenate([self.nodes, 0.5 * (self.nodes[1:] + self.nodes[:-1])]))
-        new = ElasticaEquations(self.problem_at, nodes, self.degree)
+        return self._carried(nodes, z, directions)
+
+    def _carried(
+        self, nodes: FloatArray, z: FloatArray, directions: FloatArray, sharp: float | None = None
+    ) -> tuple[ElasticaEquations, FloatArray, FloatArray]:
+        """The system between these joints, z and directions in it: the nearest angles, the same reactions."""
+        new = replace(self, nodes=nodes, sharp=sharp or self.sharp)
         old, many = self.system, new.system
 
         def carried(v: FloatArray) -> FloatArray:
@@ -177,7 +209,7 @@ class ElasticaEquations:
             return np.concatenate([many.discrete.projected(angle), v[old.count :]])
 
         moved = [carried(directions[:, k]) for k in range(directions.shape[1])]
-        return new, carried(z), np.array(moved).reshape(len(moved), -1).T
+        return new, carried(z), np.array(moved).reshape(len(moved), many.size).T
 
     def energy(self, z: FloatArray, t: float) -> float:
         """Total energy, D w / l."""
@@ -206,6 +238,7 @@ def branch_start(scene_at: Callable[[float], Scene], state: State) -> BranchStar
             raise ValueError(str(error)) from None
 
     system, z = ElasticaEquations.of(problem_at, result)
+    system, z, _ = system.moved(z, 0.0, np.zeros((z.size, 0)))
 
     def shape(point: Point) -> Shape:
         assert isinstance(point.system, ElasticaEquations)

@@ -24,7 +24,8 @@ from compare.studies.branches.run import LINE
 PICTURE, RECORD, SHAPES = "branches.png", "branches.json", "shapes.npz"
 ENDS = {
     "range": "an end of the range", "closed": "back at its beginning", "steps": "its last allowed point",
-    "stuck": "a point behind which none was found", "stopped": "the end of the time",
+    "stuck": "a point behind which none was found",
+    "unresolved": "the last point that its elements resolve", "stopped": "the end of the time",
 }  # fmt: skip
 
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from compare import registry
 from compare.continuation.correct import first_point
 from compare.continuation.finer import relocated
 from compare.continuation.follow import follow, switched
+from compare.continuation.journal import kept
 from compare.continuation.point import Kind, Options, Point, Run, Special
 from compare.measure.mesh_limit import Settled, settled
 from compare.models.base import State, check_keys
@@ -24,6 +26,8 @@ from compare.models.capabilities import Branches, BranchStart
 from compare.models.choice import settled as settled_energy
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
+from compare.store.provenance import software
+from compare.store.store import case_key
 from compare.studies.branches import freed
 from compare.studies.branches.along import Along
 from compare.studies.branches.diagram import Branch, BranchPoint, Diagram
@@ -95,9 +99,11 @@ def diagram(
     models: Sequence[str] = (),
     asked: Asked | None = None,
     say: Reporter | None = None,
+    keep: Path | None = None,
 ) -> Diagram:
     """The branches of every model, `models` being energies or names (none: the scene's own), over `key` from `first` to
-    `last` (`Along.of`). Raises `BadInput` before anything is computed, and for a key that moves no equilibrium."""
+    `last` (`Along.of`). keep: a file for what is solved (`compare.continuation.journal`), from which one that was
+    stopped goes on. Raises `BadInput` before anything is computed, and for a key that moves no equilibrium."""
     asked = asked or Asked()
     words = tuple(models) or (energy_of(scene, key, first, last),)
     if len(set(words)) < len(words):
@@ -112,12 +118,22 @@ def diagram(
     branches: list[Branch] = []
     starts: dict[str, State] = {}
     left = 0
-    for word, name, along in chosen:
-        found = _Models(word, name, along, asked, end, say)
-        branches += found.all(len(branches))
-        starts[word] = found.start.state
-        left += found.left
+    with kept(keep, _key(scene, key, first, last, words, asked)):
+        for word, name, along in chosen:
+            found = _Models(word, name, along, asked, end, say)
+            branches += found.all(len(branches))
+            starts[word] = found.start.state
+            left += found.left
     return Diagram(scene, chosen[0][2], tuple(branches), starts, left)
+
+
+def _key(
+    scene: Scene, key: str, first: float | None, last: float | None, words: Sequence[str], asked: Asked
+) -> str:
+    """Of what is followed, however long it may take."""
+    homes = {registry.home(scene_for(scene, word)[1]) for word in words}
+    what = [key, first, last, *words, asdict(replace(asked, budget=None))]
+    return case_key(scene.canonical(), what, software(__name__, *sorted(homes)))
 
 
 def branch(

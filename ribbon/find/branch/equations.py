@@ -337,6 +337,10 @@ class Equations:
             return self, z, directions
         return self._carried(z, t, directions, self.grading.lengths(now), self.grading, now)
 
+    def resolved(self, z: FloatArray, t: float) -> bool:
+        """What its elements leave is told by finer ones, where a special point is."""
+        return True
+
     def finer(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Equations, FloatArray, FloatArray]:
         """Every segment cut in two; graded ones by the grading that is twice as fine."""
         if self.grading is None:

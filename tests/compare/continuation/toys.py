@@ -69,6 +69,9 @@ class Toy:
     def moved(self, z, t, directions):
         return self, z, directions
 
+    def resolved(self, z, t):
+        return True
+
     def finer(self, z, t, directions):
         return self, z, directions
 
