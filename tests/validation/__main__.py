@@ -50,6 +50,7 @@ NAMES = (
     "moebius",
     "wunderlich_event",
     "moebius_table",
+    "moebius_saddle",
     "roman",
     "obstacles",
     "edges",

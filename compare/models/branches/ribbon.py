@@ -45,7 +45,8 @@ def equations(scene_at: Callable[[float], Scene], t: float, found: Equilibrium) 
             return made
         return made.with_changes(lengths=lengths)
 
-    return Equations.of(problem_at, here.problem.lengths, t, here.x, here.rows, here.multipliers)
+    touching = here.problem.touching
+    return Equations.of(problem_at, here.problem.lengths, t, here.x, here.rows, here.multipliers, touching=touching)
 
 
 def equilibrium(system: Equations, z: FloatArray, t: float) -> Equilibrium:
@@ -102,8 +103,9 @@ def freed(point: Point) -> Freed | None:
             fell = float(there.problem.energy_parts(there.x).sum()) < own - _LOWER * max(1.0, abs(own))
             if fell and there.residual <= RESIDUAL_TOLERANCE and isinstance(there.problem, MixedProblem):
                 yield Equations.of(
-                    system.problem_at, there.problem.lengths, point.t, there.x, there.rows, there.multipliers
-                )
+                    system.problem_at, there.problem.lengths, point.t, there.x, there.rows, there.multipliers,
+                    touching=there.problem.touching,
+                )  # fmt: skip
 
     return Freed(found.stable, beside)
 
@@ -144,6 +146,7 @@ def others(system: Equations, z: FloatArray, count: int) -> Iterator[tuple[str, 
         found = from_shape(problem, bend, held, How(options={"max_iter": _MOST}, check=False))
         if found.residual <= RESIDUAL_TOLERANCE and isinstance(found.problem, MixedProblem):
             new, at = Equations.of(
-                system.problem_at, found.problem.lengths, 0.0, found.x, found.rows, found.multipliers
-            )
+                system.problem_at, found.problem.lengths, 0.0, found.x, found.rows, found.multipliers,
+                touching=found.problem.touching,
+            )  # fmt: skip
             yield name, new, at

@@ -19,10 +19,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.find.branch import walls
 from ribbon.find.branch.passages import Grading, passed
 from ribbon.problems import prolonged
 from ribbon.problems.layout import ETA, POSITION, QUATERNION, SLOPE, STRIDE
 from ribbon.problems.mixed import MixedProblem
+from ribbon.problems.touching import Touch
 from ribbon.solvers.frontal import Factor
 from ribbon.solvers.problem import force_scale, row_scale
 from ribbon.solvers.saddle import Saddle
@@ -39,6 +41,8 @@ _STEP = 1e-4
 #: Part of the way to a bound that a step goes at most.
 _WAY = 0.9
 _KEPT = 12
+#: Norm of the residual from which multipliers are balanced anew.
+_BALANCED = 1e-11
 #: Part of a bound up to which slopes are inside it, and the largest change of xi in a step.
 _INSIDE, _LONGEST = 1.0 - 1e-13, 1.5
 
@@ -70,7 +74,8 @@ class Equations:
     from t; free (n,), active (m,): unknowns and rows of z; side (n,): 1 or -1 for slopes on their upper or lower bound.
 
     anchor: of the gauges (`ribbon.problems.protocol.Problem.anchor`); grading: of elements that follow the passages
-    of the curvature through zero, those that stand at `placed` (m,); None: elements stay."""
+    of the curvature through zero, those that stand at `placed` (m,); None: elements stay; touching: places that are
+    held on walls' sides between joints, on every segment where they slide (`ribbon.find.branch.walls`)."""
 
     problem_at: ProblemAt
     lengths: FloatArray
@@ -81,6 +86,7 @@ class Equations:
     anchor: tuple[tuple[float, ...], tuple[float, ...]] | None
     grading: Grading | None = None
     placed: FloatArray = field(default_factory=lambda: np.zeros(0))
+    touching: tuple[Touch, ...] = ()
 
     @classmethod
     def of(
@@ -92,9 +98,15 @@ class Equations:
         rows: FloatArray,
         bounds: FloatArray,
         grading: Grading | None = None,
+        touching: tuple[Touch, ...] = (),
     ) -> tuple[Equations, FloatArray]:
-        """The system around an equilibrium x (n,) with multipliers rows (m,) and bounds (n,), and its z."""
-        problem = problem_at(t, lengths)
+        """The system around an equilibrium x (n,) with multipliers rows (m,) and bounds (n,), and its z; touching: of
+        the problem of which it is one."""
+        problem = problem_at(t, lengths).with_changes(touching=touching) if touching else problem_at(t, lengths)
+        if walls.slides(problem):
+            own, touching = problem, walls.everywhere(problem)
+            problem = own.with_changes(touching=touching)
+            rows = walls.carried(own, x, rows, problem, x)
         anchor = problem.anchor(x)
         problem = problem.anchored(anchor)
         lower, upper = problem.bounds()
@@ -107,7 +119,9 @@ class Equations:
         c = problem.constraints(x)
         gap = np.minimum(c - below, above - c)
         active = (below == above) | (np.abs(rows) > np.maximum(gap, 1e-9))
-        system = cls(problem_at, lengths, x.copy(), free, active, side, anchor, grading)
+        if walls.slides(problem):
+            active = (below == above) | (rows != 0.0)
+        system = cls(problem_at, lengths, x.copy(), free, active, side, anchor, grading, touching=touching)
         return system, np.concatenate([x[free], rows[active]])
 
     @property
@@ -128,9 +142,16 @@ class Equations:
         if t not in self._problems:
             while len(self._problems) >= _KEPT:
                 self._problems.pop(next(iter(self._problems)))
-            found = self.problem_at(t, self.lengths)
-            self._problems[t] = found.anchored(self.anchor)
+            self._problems[t] = self._made(t, self.lengths, self.touching)
         return self._problems[t]
+
+    def _made(self, t: float, lengths: FloatArray, touching: tuple[Touch, ...]) -> MixedProblem:
+        found = self.problem_at(t, lengths)
+        return (found.with_changes(touching=touching) if touching else found).anchored(self.anchor)
+
+    @cached_property
+    def _slides(self) -> bool:
+        return walls.slides(next(iter(self._problems.values())))
 
     def whole(self, z: FloatArray, t: float) -> tuple[FloatArray, FloatArray]:
         """All unknowns (n,) and multipliers of rows (m,)."""
@@ -274,7 +295,12 @@ class Equations:
         c = problem.constraints(x)
         gap = np.minimum(c - below, above - c)
         push = np.where(np.isfinite(below), -rows, rows)
-        found.append(np.where(self.active, push, gap)[self._one_sided])
+        slack = np.where(self.active, push, gap)
+        if self._slides:
+            slack[walls.represented(problem, self.active)] = 1.0
+        found.append(slack[self._one_sided])
+        if self._slides:
+            found.append(walls.on_way(problem, x, self.active))
         return np.concatenate(found)
 
     def beyond(
@@ -290,6 +316,9 @@ class Equations:
             free[column] = ends
             s = float(np.cumsum(self.lengths)[column // STRIDE] - 0.5 * self.lengths[column // STRIDE])
             what = f"the ruling at s = {s:.3g} l {'leaves' if ends else 'comes to'} its bound"
+        elif condition >= self._bounded.size + self._one_sided.size:
+            over = condition - self._bounded.size - self._one_sided.size
+            active, rows, what = walls.handed_over(self.problem(t), over, self.active, rows)
         else:
             row = int(self._one_sided[condition - self._bounded.size])
             ends = bool(active[row])
@@ -300,7 +329,13 @@ class Equations:
         wide[np.concatenate([self.free, self.active])] = directions
         there = np.concatenate([free, active])
         new.problem(t)
-        return new, np.concatenate([x[free], rows[active]]), wide[there], what
+        return new, new.balanced(np.concatenate([x[free], rows[active]]), t), wide[there], what
+
+    def balanced(self, z: FloatArray, t: float) -> FloatArray:
+        """z with the multipliers that balance where rows in force have been exchanged for others that say the same."""
+        left = self.residual(z, t)
+        factor = self.factor(z, t) if self._slides and self.norm(left) > _BALANCED else None
+        return z if factor is None else z - factor.solve(left)
 
     def _named(self, row: int, t: float) -> str:
         for name, where in self.problem(t).block_slices().items():
@@ -357,12 +392,14 @@ class Equations:
         grading: Grading | None,
         placed: FloatArray,
     ) -> tuple[Equations, FloatArray, FloatArray]:
-        """The system on other elements, z and directions on them: bounds where they were, contacts none."""
+        """The system on other elements, z and directions on them: bounds and contacts where they were."""
         few = self.problem(t)
         x, rows = self.whole(z, t)
-        many = self.problem_at(t, lengths).anchored(self.anchor)
+        many = self._made(t, lengths, self.touching)
+        if self._slides:
+            many = self._made(t, lengths, walls.everywhere(many))
         y = prolonged.shape(few, x, many)
-        multipliers = prolonged.multipliers(few, rows, many, y)
+        multipliers = walls.carried(few, x, rows, many, y)
         free = many.bounds()[0] != many.bounds()[1]
         free &= ~_rulings_of_nothing(many, y)
         side = np.zeros(many.size)
@@ -371,8 +408,10 @@ class Equations:
         side[SLOPE : STRIDE * lengths.size : STRIDE] = self.side[SLOPE : STRIDE * self.lengths.size : STRIDE][middle]
         free[side != 0.0] = False
         below, above = many.constraint_bounds()
-        active = below == above
-        new = Equations(self.problem_at, lengths, y, free, active, side, self.anchor, grading, placed)
+        active = (below == above) | (multipliers != 0.0)
+        new = Equations(
+            self.problem_at, lengths, y, free, active, side, self.anchor, grading, placed, many.touching
+        )  # fmt: skip
         new.problem(t)
         wide = np.zeros((many.size, directions.shape[1]))
         for k in range(directions.shape[1]):
