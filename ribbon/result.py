@@ -174,7 +174,9 @@ class Equilibrium:
     (`ribbon.judge.quadrature`); None where the rule is exact (energies of rulings, the rod) or nothing was judged;
     unstable_modes: negative eigenvalues of the second variation, by inertia; None: not judged, or not counted;
     nonconvex: share of the length on which the density is not convex in curvature and twist
-    (`ribbon.judge.convexity`): where it is not zero, elements alone hold the state; None likewise.
+    (`ribbon.judge.convexity`): where it is not zero, elements alone hold the state; None likewise;
+    rubbed: what friction took away (D w / l) along a path so far, None: without friction; before: the state at the end
+    of the increment before, on which friction depends.
     """
 
     problem: Problem
@@ -208,6 +210,8 @@ class Equilibrium:
     left: Left | None = None
     notes: tuple[Note, ...] = ()
     unstable_modes: int | None = None
+    rubbed: float | None = None
+    before: Equilibrium | None = None
 
     @property
     def ok(self) -> bool:
