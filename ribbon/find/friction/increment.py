@@ -32,8 +32,8 @@ FloatArray = NDArray[np.float64]
 #: Rounds of an increment at the most; change of bounds and friction (over the largest push, at least 1) that ends them.
 ROUNDS = 60
 SETTLED = 1e-8
-#: Push (D w / l^2) from which a place rubs.
-LEAST = 1e-9
+#: Push from which a place rubs, over the largest (at least 1 D w / l^2): below it is what an interior point leaves.
+LEAST = 1e-8
 #: Steps of a minimiser in the first round, and in one after it.
 _STEPS, _STEPS_NEXT = 150, 30
 #: Lengths along the strip (l) at which a wait of one is a difference of its push.
@@ -119,8 +119,10 @@ def rubbing(problem: MixedProblem, x: FloatArray, rows: FloatArray, history: His
         if not wall.friction:
             continue
         own = [(rub, force) for rub, force in zip(problem.rubs, forces, strict=True) if rub.wall == k]
-        for s, side, push in contacts.pushed(problem, x, rows, k):
-            if push <= LEAST or not history.known(k, s):
+        every = contacts.pushed(problem, x, rows, k)
+        least = LEAST * max([1.0, *(push for _, _, push in every)])
+        for s, side, push in every:
+            if push <= least or not history.known(k, s):
                 continue
             near = [pair for pair in own if pair[0].side == side] or own
             force = np.zeros(3)
