@@ -383,6 +383,7 @@ class Equilibrium:
             if held is not None:
                 found |= {f"forces.{name}": held.force, f"moments.{name}": held.moment}
         found |= {f"forces.walls.{k}": wall.force for k, wall in enumerate(self.walls)}
+        found |= {f"friction.{k}": wall.friction for k, wall in enumerate(self.walls) if wall.friction is not None}
         found |= {f"lines.{k}.{len(wall.lines)}": wall.lines.ravel() for k, wall in enumerate(self.walls)}
         found["lowest_eigenvalue"] = self.lowest_eigenvalue
         if self.has_free_twist:

@@ -4,7 +4,7 @@ Numbers go by dotted names, as in `result.json`: "forces.start", "forces.walls.0
 "energy.elastic" (D w / l), "lowest_eigenvalue", "max_abs_eta". Of a force or moment (3,) the error is one number, in
 the Euclidean norm. "moments.walls.0" (about the origin) and "gaps.walls.0" (l) are there of models that tell them.
 "lines.0.2" (4,) are the ends (l) of the two lines along which the strip touches wall 0: on elements
-on which it touches in more or fewer lines that is another number, and there is no error.
+on which it touches in more or fewer lines that is another number, and there is no error. "friction.0" (3,) is the friction of wall 0 (D w / l^2), where it rubs.
 """
 
 from __future__ import annotations
@@ -71,11 +71,13 @@ def nested(flat: Mapping[str, float | None]) -> dict[str, Any]:
                 if f"{kind}.walls.0" in flat}  # fmt: skip
     moments = {"walls": of_walls.pop("moments")} if "moments" in of_walls else {}
     gaps = {"gaps": {"walls": of_walls["gaps"]}} if "gaps" in of_walls else {}
+    rubbed = {name[9:]: error for name, error in flat.items() if name.startswith("friction.")}
     return {
         "forces": {**{end: flat.get(f"forces.{end}") for end in ("start", "end")}, "walls": [flat[w] for w in walls]},
         "moments": {**{end: flat.get(f"moments.{end}") for end in ("start", "end")}, **moments},
         **gaps,
         "energy": {name[7:]: error for name, error in flat.items() if name.startswith("energy.")},
+        **({"friction": rubbed} if rubbed else {}),
         "lines": [flat[name] for name in sorted(lines, key=lambda name: int(name.split(".")[1]))],
         **{name: flat[name] for name in ALONE if name in flat},
     }

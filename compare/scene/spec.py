@@ -364,7 +364,7 @@ class WallSpec:
     )
     friction: float = key(
         Kind.NUMBER, "Coulomb's coefficient: friction along the wall is at most so many times the push on it", NONE,
-        ">= 0", "0.3", default=0.0, newer=True, note="along a [[path]]; ribbon", known="mu <= 2"
+        ">= 0", "0.3", default=0.0, newer=True, note="along a [[path]]; ribbon"
     )
     name: str | None = key(
         Kind.TEXT, "name of the wall in keys and results: letters, digits and _, not a number", example='"roof"',
@@ -434,7 +434,7 @@ class ObstacleSpec:
     )
     friction: float = key(
         Kind.NUMBER, "Coulomb's coefficient, as wall.friction, of a cylinder or a sphere", NONE, ">= 0", "0.3",
-        default=0.0, newer=True, note="along a [[path]]; ribbon", known="mu <= 2"
+        default=0.0, newer=True, note="along a [[path]]; ribbon"
     )
     name: str | None = key(
         Kind.TEXT, "name of the obstacle in keys and results: letters, digits and _, not a number", example='"tube"',

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.errors import RibbonInputError
 from ribbon.find import apart, contacts, relax, snap
 from ribbon.find.solving import search
 from ribbon.find.solving import start as starts
@@ -223,6 +224,8 @@ def follow(
         problem = problem_at(target)
         if place is not None:
             problem, before = problem.with_changes(lengths=place(state)), None
+        if any(wall.friction for wall in problem.walls):
+            raise RibbonInputError("friction", None, "is that of ribbon.find.friction.path.follow")
         problem = anchored(problem, state)
         check = problem.lengths.size <= CHECKED or target == 1.0 or leave_saddle
         clock = time.perf_counter()

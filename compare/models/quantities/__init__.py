@@ -38,9 +38,13 @@ def walls_of(state: State) -> list[dict[str, Any]]:
     known = state.errors.get("lines") or [None] * len(walls)
     unlike = "on finer elements it touches in more or fewer lines" if state.errors else "not asked for"
     found = []
-    for wall, error in zip(walls, known, strict=True):
+    for number, (wall, error) in enumerate(zip(walls, known, strict=True)):
         nowhere = not len(wall["lines"])
         why = "it touches nowhere" if nowhere else f"{unlike} ({state.error_why})" if state.error_why else unlike
         sure = None if nowhere else error
-        found.append({**wall, "lines_error": sure, **({} if sure is not None else {"lines_error_why": why})})
+        entry = {**wall, "lines_error": sure, **({} if sure is not None else {"lines_error_why": why})}
+        if "friction" in wall:
+            off = state.errors.get("friction", {}).get(str(number))
+            entry |= {"friction_error": off, **({} if off is not None else {"friction_error_why": unlike})}
+        found.append(entry)
     return found

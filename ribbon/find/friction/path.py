@@ -128,3 +128,16 @@ def lost(state: Equilibrium) -> float:
     if not isinstance(problem, MixedProblem) or problem.friction is None:
         return 0.0
     return float(np.sum(problem.friction.forces(state.x) * problem.friction.slips(state.x)))
+
+
+def finer(state: Equilibrium, parts: int, how: How) -> Equilibrium:
+    """The end of the last increment on segments cut into `parts`: what came before it stays as it was."""
+    assert state.before is not None
+    old = state.problem
+    assert isinstance(old, MixedProblem)
+    kept = tuple(touch for touch in old.touching if not touch.slides)
+    problem = old.with_changes(lengths=np.repeat(old.lengths / parts, parts), touching=kept, rubs=())
+    new = increment(problem, state, History.of(state.before), how)
+    if new.status not in _GOOD:
+        return new
+    return replace(new, rubbed=(state.rubbed or 0.0) - lost(state) + lost(new), before=state.before)
