@@ -1,4 +1,4 @@
-"""Frictionless contact with round obstacles: cylinders and spheres, from outside or inside (docs/theory.md, (5.9)).
+"""Contact with round obstacles: cylinders and spheres, from outside or inside (docs/theory.md, (5.9)).
 
 With u the part of ``x - point`` across the axis of a cylinder, all of it for a sphere, and rho = |u|, the gap of a
 point x, its gradient and its second derivative are, from outside (from inside all three with the other sign)::

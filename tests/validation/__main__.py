@@ -52,6 +52,7 @@ NAMES = (
     "moebius_table",
     "roman",
     "obstacles",
+    "friction",
     "edges",
     "curl_length",
     "rod_ribbon",

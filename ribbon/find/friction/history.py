@@ -1,4 +1,4 @@
-"""Where the particles of a strip were on its walls at the end of the last increment (docs/theory.md, eq. (5.15))."""
+"""Where the particles of a strip were on its walls at the end of the last increment (docs/theory.md, eq. (5.16))."""
 
 from __future__ import annotations
 

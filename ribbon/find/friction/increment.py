@@ -1,4 +1,4 @@
-"""One increment of a path with friction: normal pushes and friction put right in turn (docs/theory.md, eq. (5.14)).
+"""One increment of a path with friction: normal pushes and friction put right in turn (docs/theory.md, eq. (5.15)).
 
 With the largest friction b = mu N of every place known, an increment is a minimum (`ribbon.problems.friction.term`).
 Its pushes N give other bounds, its friction T better guesses, its contacts other places: the next minimum. That is
@@ -14,12 +14,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon import surface
 from ribbon.contact import Wall
 from ribbon.find import contacts, relax
 from ribbon.find.friction.history import History
 from ribbon.find.solving.request import How
 from ribbon.find.solving.verdict import judged
 from ribbon.notes import Note
+from ribbon.problems import transfer
 from ribbon.problems.friction.particles import Rub
 from ribbon.problems.mixed import MixedProblem
 from ribbon.result import Equilibrium, Status
@@ -44,7 +46,12 @@ def increment(problem: MixedProblem, state: Equilibrium, history: History, how: 
     """The equilibrium of `problem`, anchored at `state`, at the end of an increment that begins with `history`.
 
     Begun from the shape of `state`. Not converged where no minimum is found, or bounds and friction do not settle."""
-    problem = problem.with_changes(rubs=_again(problem, state, history))
+    how = replace(how, options={"max_iter": _STEPS, **(how.options or {})})
+    with choose.using("newton" if choose.asked() == "auto" else None):  # what it does not find a shorter step may
+        return _settled(problem.with_changes(rubs=_again(problem, state, history)), state, history, how)
+
+
+def _settled(problem: MixedProblem, state: Equilibrium, history: History, how: How) -> Equilibrium:
     minimum = _begun(problem, state, how)
     change, count = np.inf, minimum.iterations
     for _ in range(ROUNDS):
@@ -70,13 +77,10 @@ def increment(problem: MixedProblem, state: Equilibrium, history: History, how: 
 def _begun(problem: MixedProblem, state: Equilibrium, how: How) -> Minimum:
     old = state.problem
     assert isinstance(old, MixedProblem)
-    options = {"max_iter": _STEPS, **(how.options or {})}
-    from ribbon.problems import transfer
-
     x = transfer.transferred(old, state.x, problem)
     same = list(old.block_slices()) == list(problem.block_slices()) and state.rows.size == problem.row_count
     if same:
-        warm = choose.minimise(problem, x, options, how.progress, (state.rows, state.multipliers))
+        warm = choose.minimise(problem, x, how.options, how.progress, (state.rows, state.multipliers))
         if warm.residual <= RESIDUAL_TOLERANCE:
             return warm
     return relax.from_near(problem, x, how.options, how.progress)
@@ -84,7 +88,7 @@ def _begun(problem: MixedProblem, state: Equilibrium, how: How) -> Minimum:
 
 def _next(problem: MixedProblem, fresh: MixedProblem, minimum: Minimum, how: How) -> Minimum:
     """The minimum with other bounds and guesses, from that with the ones before."""
-    options = {"max_iter": _STEPS_NEXT, **(how.options or {})}
+    options = {**(how.options or {}), "max_iter": _STEPS_NEXT}
     if list(problem.block_slices()) == list(fresh.block_slices()):
         found = choose.minimise(fresh, minimum.x, options, how.progress, (minimum.rows, minimum.multipliers))
         if found.residual <= RESIDUAL_TOLERANCE:
@@ -150,8 +154,6 @@ def _rub(problem: MixedProblem, x: FloatArray, k: int, s: float, side: float, bo
 
 
 def _normal(problem: MixedProblem, x: FloatArray, k: int, s: float, side: float, eta: float) -> FloatArray:
-    from ribbon import surface
-
     points, frames = problem.joints(x)
     r, frame, _, _ = surface.centreline(
         problem.parameters(x), problem.lengths, points, frames, np.array([s]), problem.exponent_limit, 0,

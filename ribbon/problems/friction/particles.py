@@ -1,6 +1,6 @@
 """Where particles of the strip's edges are: rows that stay with a particle while the ruling through it turns.
 
-A ruling's end at the foot s is the particle ``S = s + v eta(s)``, v = +- w / 2 (docs/theory.md, eq. (5.13)). On the
+A ruling's end at the foot s is the particle ``S = s + v eta(s)``, v = +- w / 2 (docs/theory.md, eq. (5.14)). On the
 segment that starts at s_i, with eta = n h + m, the particle's foot is at h behind the start::
 
     h = (S - s_i - v m) / (1 + v n) ,   h_m = -v / (1 + v n) ,   h_n = h h_m ,

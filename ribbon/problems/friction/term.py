@@ -1,7 +1,7 @@
 """What the friction of one increment adds to the energy: of every place of contact, with its largest friction known.
 
 At a particle that a wall pushes, u = (x - place) along the wall is how far it went since the last increment, and T what
-it exerts on the wall along it. Coulomb's law in an increment (docs/theory.md, eq. (5.14)),
+it exerts on the wall along it. Coulomb's law in an increment (docs/theory.md, eq. (5.15)),
 
     |T| <= b ,   u = 0 where |T| < b ,   u = c T with c >= 0 where |T| = b ,      b = mu N ,
 
