@@ -1,4 +1,4 @@
-"""Frictionless contact with planes and pressure plates (thesis, 6.2; docs/theory.md, eq. (5.3), (5.4))."""
+"""Contact with planes and pressure plates (thesis, 6.2; docs/theory.md, eq. (5.3), (5.4)), with friction on a path."""
 
 from __future__ import annotations
 
@@ -30,11 +30,14 @@ class Wall:
     stiffness:
         None: rigid. Otherwise the wall is a pressure plate on a spring (thesis, figure 6.12): it may move along its
         normal by h against the energy ``stiffness h^2 / 2``; in units of D w / l^3, and `point` is its place at rest.
+    friction:
+        Coulomb's coefficient mu >= 0, which acts along a path only (`ribbon.find.friction`).
     """
 
     point: ArrayLike
     normal: ArrayLike
     stiffness: float | None = None
+    friction: float = 0.0
 
     def __post_init__(self) -> None:
         point = np.asarray(self.point, dtype=float)
@@ -44,6 +47,8 @@ class Wall:
         object.__setattr__(self, "normal", tuple(unit_vector("normal", self.normal).tolist()))
         if self.stiffness is not None and finite("stiffness", self.stiffness) <= 0:
             raise RibbonInputError("stiffness", self.stiffness, "a spring needs a positive stiffness; None for a wall")
+        if finite("friction", self.friction) < 0:
+            raise RibbonInputError("friction", self.friction, "a coefficient of friction is not negative; 0 for none")
 
     def scaled(self, unit: float) -> Self:
         """The same with lengths in units of `unit`; the stiffness has no length to scale."""

@@ -47,6 +47,9 @@ class Note(Enum):
     TOLERANCE_ROUNDS = "the tolerance {tolerance:g} was not reached in {rounds} rounds; reached {reached:.2g}"
     TOLERANCE_SEGMENTS = "the tolerance {tolerance:g} needs more than {most} segments; reached {reached:.2g}"
     PATH_STOPPED = "the way stopped at t = {t:.6g}: the next step ended with: {why}"
+    RUBS_UNSETTLED = (
+        "not converged: friction and pushes still change by {change:.2g} after {rounds} rounds; use smaller steps"
+    )
     SOFTENED = "the minimum of the energy of a strip of thickness {thickness:.3g} l; stability was not judged"
     UNDETERMINED = "with its ends exactly one length apart a strip that does not stretch is straight under any tension"
     NO_TENSION = "no freedom is left to be unstable; its tension is undetermined: {why}"

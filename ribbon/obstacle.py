@@ -1,4 +1,4 @@
-"""Frictionless contact with round obstacles: cylinders and spheres, from outside or inside (docs/theory.md, (5.9)).
+"""Contact with round obstacles: cylinders and spheres, from outside or inside (docs/theory.md, (5.9)).
 
 With u the part of ``x - point`` across the axis of a cylinder, all of it for a sphere, and rho = |u|, the gap of a
 point x, its gradient and its second derivative are, from outside (from inside all three with the other sign)::
@@ -12,7 +12,7 @@ its edges, from outside it may be between them, at ``v = -<u_0, u_1> / <u_1, u_1
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, Self
 
@@ -45,6 +45,8 @@ class Obstacle:
         unit vector (3,) along a cylinder's axis; None for a sphere.
     inside:
         whether the ribbon is inside.
+    friction:
+        Coulomb's coefficient mu >= 0, which acts along a path only (`ribbon.find.friction`).
     """
 
     kind: Literal["cylinder", "sphere", "box", "edge", "face"]
@@ -52,6 +54,7 @@ class Obstacle:
     radius: float
     axis: ArrayLike | None = None
     inside: bool = False
+    friction: float = field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
         if self.kind not in ("cylinder", "sphere"):
@@ -62,6 +65,8 @@ class Obstacle:
         object.__setattr__(self, "point", tuple(point.tolist()))
         if finite("radius", self.radius) <= 0.0:
             raise RibbonInputError("radius", self.radius, "a round obstacle needs a positive radius")
+        if finite("friction", self.friction) < 0:
+            raise RibbonInputError("friction", self.friction, "a coefficient of friction is not negative; 0 for none")
         if self.kind == "sphere" and self.axis is not None:
             raise RibbonInputError("axis", self.axis, "a sphere has none; leave it out")
         if self.kind == "cylinder":

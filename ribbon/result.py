@@ -174,7 +174,9 @@ class Equilibrium:
     (`ribbon.judge.quadrature`); None where the rule is exact (energies of rulings, the rod) or nothing was judged;
     unstable_modes: negative eigenvalues of the second variation, by inertia; None: not judged, or not counted;
     nonconvex: share of the length on which the density is not convex in curvature and twist
-    (`ribbon.judge.convexity`): where it is not zero, elements alone hold the state; None likewise.
+    (`ribbon.judge.convexity`): where it is not zero, elements alone hold the state; None likewise;
+    rubbed: what friction took away (D w / l) along a path so far, None: without friction; before: the state at the end
+    of the increment before, on which friction depends.
     """
 
     problem: Problem
@@ -208,6 +210,8 @@ class Equilibrium:
     left: Left | None = None
     notes: tuple[Note, ...] = ()
     unstable_modes: int | None = None
+    rubbed: float | None = None
+    before: Equilibrium | None = None
 
     @property
     def ok(self) -> bool:
@@ -380,6 +384,7 @@ class Equilibrium:
             if held is not None:
                 found |= {f"forces.{name}": held.force, f"moments.{name}": held.moment}
         found |= {f"forces.walls.{k}": wall.force for k, wall in enumerate(self.walls)}
+        found |= {f"friction.{k}": wall.friction for k, wall in enumerate(self.walls) if wall.friction is not None}
         found |= {f"lines.{k}.{len(wall.lines)}": wall.lines.ravel() for k, wall in enumerate(self.walls)}
         pressures = {f"mean_pressures.walls.{k}": wall.mean_pressure for k, wall in enumerate(self.walls)}
         found |= {name: value for name, value in pressures.items() if value is not None}

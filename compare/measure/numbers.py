@@ -5,7 +5,7 @@ Numbers go by dotted names, as in `result.json`: "forces.start", "forces.walls.0
 the Euclidean norm. "moments.walls.0" (about the origin), "gaps.walls.0" (l), "mean_pressures.walls.0" and
 "greatest_pressures.walls.0" (D / l^3) are there of models that tell them.
 "lines.0.2" (4,) are the ends (l) of the two lines along which the strip touches wall 0: on elements
-on which it touches in more or fewer lines that is another number, and there is no error.
+on which it touches in more or fewer lines that is another number, and there is no error. "friction.0" (3,) is the friction of wall 0 (D w / l^2), where it rubs.
 """
 
 from __future__ import annotations
@@ -73,11 +73,13 @@ def nested(flat: Mapping[str, float | None]) -> dict[str, Any]:
     kinds = [f"{name}s" for name in OF_WALLS if any(known.startswith(f"{name}s.walls.") for known in flat)]
     of_walls = {kind: {"walls": [flat.get(f"{kind}.walls.{name[13:]}") for name in walls]} for kind in kinds}
     moments = of_walls.pop("moments", {})
+    rubbed = {name[9:]: error for name, error in flat.items() if name.startswith("friction.")}
     return {
         "forces": {**{end: flat.get(f"forces.{end}") for end in ("start", "end")}, "walls": [flat[w] for w in walls]},
         "moments": {**{end: flat.get(f"moments.{end}") for end in ("start", "end")}, **moments},
         **of_walls,
         "energy": {name[7:]: error for name, error in flat.items() if name.startswith("energy.")},
+        **({"friction": rubbed} if rubbed else {}),
         "lines": [flat[name] for name in sorted(lines, key=lambda name: int(name.split(".")[1]))],
         **{name: flat[name] for name in ALONE if name in flat},
     }

@@ -49,6 +49,7 @@ CONTACT = inside("contact", "itself", "distance", "section")
 OBSTACLES = inside(
     "obstacle", "kind", "point", "radius", "axis", "normal", "size", "angle", "rounding", "inside", "name"
 )
+FRICTION = inside("wall", "friction") | inside("obstacle", "friction")
 #: Whatever says how rulings stand.
 RULINGS = CLAMP_RULINGS | inside("closure", "ruling") | inside("seed", "ruling")
 

@@ -338,11 +338,11 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
             touching = f"{wall['contacts'].size} points in contact{_touching(state, number, units)}"
             text = f"{wording.force(wall['force'], units)}{error}; {touching}{plate}"
             if number < len(scene.walls):
-                found.append((f"force of wall {wall['name']}", text))
+                found += [(f"force of wall {wall['name']}", text), *_rubbing(wall, "wall", state, number, units)]
                 continue
             touching = f"{len(wall['points'])} points in contact{_touching(state, number, units)}"
             text = f"{wording.force(wall['force'], units)}{error}; {touching}"
-            found.append((f"force of obstacle {wall['name']}", text))
+            found += [(f"force of obstacle {wall['name']}", text), *_rubbing(wall, "obstacle", state, number, units)]
             found.append((f"moment of obstacle {wall['name']}", f"{wording.moment(wall['moment'], units)} about 0"))
     if scene.apart is not None and state.is_equilibrium:
         found.append(("touches itself", _touched(e.pairs, units)))
@@ -362,10 +362,24 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
         resumed = ", continued from an interrupted run" if path["resumed"] else ""
         steps = f"{path['stages']} stages, {path['steps']} steps, {path['rejected']} rejected{resumed}: path.csv"
         found.append(("path", steps))
+        if e.rubbed is not None:
+            found.append(("taken by friction", f"{units.text(e.rubbed, 'D w / l', 4)} along the path"))
     error = "unknown" if state.error is None else wording.length(units, state.error)
     found.append(("discretisation error", f"{error}, {state.error_why}" if state.error_why else error))
     found.append(("time", spent(state.seconds)))
     return found
+
+
+def _rubbing(
+    wall: Mapping[str, Any], kind: str, state: State, number: int, units: Units
+) -> list[tuple[str, str]]:
+    """The friction of a wall with its error, and at how many places the strip sticks and slips; none without."""
+    if "friction" not in wall:
+        return []
+    slipping = sum(rub["state"] == "slips" for rub in wall["rubs"])
+    error = wording.within(state.errors.get("friction", {}).get(str(number)), "D w / l^2", units)
+    places = f"sticks at {len(wall['rubs']) - slipping}, slips at {slipping} places"
+    return [(f"friction of {kind} {wall['name']}", f"{wording.force(wall['friction'], units)}{error}; {places}")]
 
 
 def _touched(pairs: Sequence[Any], units: Units) -> str:

@@ -263,8 +263,8 @@ def _walls(first: Scene, last: Scene, moves: list[Move], switched: list[str]) ->
         section = wall_name(index, other)
         _numbers(
             section,
-            {"point": list(one.point), "stiffness": one.stiffness},
-            {"point": list(other.point), "stiffness": other.stiffness},
+            {"point": list(one.point), "stiffness": one.stiffness, "friction": one.friction},
+            {"point": list(other.point), "stiffness": other.stiffness, "friction": other.friction},
             moves,
             switched,
         )
@@ -292,6 +292,7 @@ def _obstacles(first: Scene, last: Scene, moves: list[Move], switched: list[str]
                 "size": None if each.size is None else list(each.size),
                 "angle": each.angle,
                 "rounding": each.rounding,
+                "friction": each.friction,
             }
             for each in (one, other)
         )

@@ -349,7 +349,8 @@ class RodSpec:
 
 @dataclass(frozen=True)
 class WallSpec:
-    """A frictionless wall: a point, the unit normal towards the ribbon; rigid, or a pressure plate on a spring."""
+    """A wall: a point, the unit normal towards the ribbon; rigid, or a pressure plate on a spring; without friction, or
+    with Coulomb's along a path."""
 
     point: Vector = key(
         Kind.VECTOR, "a point of the wall", LENGTH, example="[0.0, 0.0, 0.0]", known="-1e6 <= x / l <= 1e6"
@@ -360,6 +361,10 @@ class WallSpec:
     stiffness: float | None = key(
         Kind.NUMBER, "stiffness of the spring that holds the wall as a pressure plate, resting at point",
         "D w / l^3", "> 0", "100.0", default=None, newer=True, absent="a rigid wall", known="1e-12 <= k <= 1e18"
+    )
+    friction: float = key(
+        Kind.NUMBER, "Coulomb's coefficient: friction along the wall is at most so many times the push on it", NONE,
+        ">= 0", "0.3", default=0.0, newer=True, note="along a [[path]]; ribbon"
     )
     name: str | None = key(
         Kind.TEXT, "name of the wall in keys and results: letters, digits and _, not a number", example='"roof"',
@@ -388,7 +393,7 @@ class ContactSpec:
 
 @dataclass(frozen=True)
 class ObstacleSpec:
-    """An obstacle without friction: a cylinder without ends, a sphere, a box, or a half space with an edge; the strip
+    """An obstacle, without friction or along a path with Coulomb's: a cylinder without ends, a sphere, a box, or a half space with an edge; the strip
     stays outside it, or inside. Which keys go with which kind: `compare.scene.inputs.bodies`."""
 
     kind: str = key(
@@ -426,6 +431,10 @@ class ObstacleSpec:
     )
     inside: bool = key(
         Kind.TRUTH, "whether the strip is inside it and cannot leave", example="true", default=False, newer=True
+    )
+    friction: float = key(
+        Kind.NUMBER, "Coulomb's coefficient, as wall.friction, of a cylinder or a sphere", NONE, ">= 0", "0.3",
+        default=0.0, newer=True, note="along a [[path]]; ribbon"
     )
     name: str | None = key(
         Kind.TEXT, "name of the obstacle in keys and results: letters, digits and _, not a number", example='"tube"',

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.measure.balance import Push, Wrench, abscissae, unbalanced
+from compare.measure.friction import missed
 from compare.measure.grades import FAIR, GOOD, GOOD_UP_TO, POOR, UNKNOWN, grade, worst
 from compare.models.base import State, Status
 from compare.page.claims import CLAIMS, SHELLS
@@ -29,6 +30,8 @@ BALANCED = 1e-6
 QUADRATURE = 1e-8
 #: How far (l) a strip may reach beyond a wall.
 PENETRATION = 1e-6
+#: By how much friction may miss Coulomb's law, of the largest mu N.
+COULOMB = 1e-6
 #: Gauss points across the strip, where the weight is that of the surface.
 _ACROSS = 6
 
@@ -103,6 +106,8 @@ def balance(scene: Scene, state: State) -> Check:
     if scene.tip is not None and state.end is not None:
         wrenches.append(Wrench(state.end.position, scene.tip_force, scene.tip_moment))
     pushes = [] if len(state.supports.walls) != len(scene.barriers) else _pushes(scene, state)
+    for wall in state.supports.walls:
+        wrenches += [Wrench(rub["point"], rub["friction"], np.zeros(3)) for rub in wall.get("rubs", ())]
     weight = np.zeros(3) if scene.up is None else -scene.gamma * scene.up
     left = unbalanced(wrenches, weight, _centre(scene, state), pushes)
     return bounded("balance", left, BALANCED, "supports and loads leave over")
@@ -266,7 +271,25 @@ def walls(scene: Scene, state: State) -> Check:
     deepest = state.numbers.get("penetration")
     if deepest is None:
         return unchecked("walls", "how far it is beyond a wall is not known")
+    rubbed = _coulomb(scene, state)
+    if rubbed is not None and not rubbed <= COULOMB:
+        return bounded("walls", rubbed, COULOMB, "friction misses Coulomb's law by")
     return bounded("walls", float(deepest), PENETRATION, "deepest point beyond a wall, over l,")
+
+
+def _coulomb(scene: Scene, state: State) -> float | None:
+    """By how much friction misses Coulomb's law (`compare.measure.friction`); None where nothing rubs."""
+    found = []
+    for number, (spec, wall) in enumerate(zip(scene.barriers, state.supports.walls, strict=False)):
+        if not wall.get("rubs"):
+            continue
+        points = np.array([rub["point"] for rub in wall["rubs"]])
+        if number < len(scene.walls):
+            normals = np.broadcast_to(scene.wall_normals[number], points.shape)
+        else:
+            normals = scene.bodies[number - len(scene.walls)].pushes(points)[1]
+        found.append(missed(wall["rubs"], spec.friction, normals).most)
+    return max(found, default=None)
 
 
 def crossing(scene: Scene, state: State) -> Check:

@@ -297,9 +297,9 @@ def _places(problem: MixedProblem, minimum: Minimum) -> list[_Place]:
     """Where edges push at one place each: one joint or point, or two that are neighbours, off the strip's ends."""
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     places: list[_Place] = []
-    pushed = [_pushed(problem, minimum, k) for k in range(len(problem.walls))]
-    least = max(_LEAST, _CLEARLY * max((push for points in pushed for _, _, push in points), default=0.0))
-    for k, points in enumerate(pushed):
+    every = [pushed(problem, minimum.x, minimum.rows, k) for k in range(len(problem.walls))]
+    least = max(_LEAST, _CLEARLY * max((push for points in every for _, _, push in points), default=0.0))
+    for k, points in enumerate(every):
         for side in (1.0, -1.0, 0.0):
             own = sorted((s, push) for s, edge, push in points if edge == side and push > least)
             for group in _groups(problem, own):
@@ -311,22 +311,22 @@ def _places(problem: MixedProblem, minimum: Minimum) -> list[_Place]:
     return places
 
 
-def _pushed(problem: MixedProblem, minimum: Minimum, k: int) -> list[tuple[float, float, float]]:
+def pushed(problem: MixedProblem, x: FloatArray, rows: FloatArray, k: int) -> list[tuple[float, float, float]]:
     """Abscissa, edge and push of all joints and points that wall k holds."""
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     slices, blocks = problem.block_slices(), problem.blocks()
-    block = problem.wall_rows(k)
-    pairs = -minimum.rows[slices[f"wall_{k}"]].reshape(-1, 2)
+    joints = problem.wall_rows(k).joints
+    pairs = -rows[slices[f"wall_{k}"]].reshape(-1, 2)
     points = [
         (float(starts[joint]), side, float(push))
-        for joint, pair in zip(block.joints, pairs, strict=True)
+        for joint, pair in zip(joints, pairs, strict=True)
         for side, push in zip((1.0, -1.0), pair, strict=True)
     ]
     if f"touch_{k}" in blocks:
-        rows = problem.touch_rows(k)
-        along = starts[rows.segments] + rows.places(minimum.x)
-        pushes = -minimum.rows[slices[f"touch_{k}"]]
-        points += [(float(s), _line(float(v)), float(p)) for s, v, p in zip(along, rows.sides, pushes, strict=True)]
+        held = problem.touch_rows(k)
+        along = starts[held.segments] + held.places(x)
+        pushes = -rows[slices[f"touch_{k}"]]
+        points += [(float(s), _line(float(v)), float(p)) for s, v, p in zip(along, held.sides, pushes, strict=True)]
     return points
 
 

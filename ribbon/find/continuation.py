@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.errors import RibbonInputError
 from ribbon.find import apart, contacts, relax, snap
 from ribbon.find.solving import search
 from ribbon.find.solving import start as starts
@@ -67,7 +68,7 @@ class StepRecord:
     jump: bool
 
 
-def _record(t: float, size: float, state: Equilibrium, accepted: bool, seconds: float, jump: bool) -> StepRecord:
+def record_of(t: float, size: float, state: Equilibrium, accepted: bool, seconds: float, jump: bool) -> StepRecord:
     return StepRecord(
         t, size, state.status.code, accepted, state.iterations, state.residual, state.energy.total,
         state.lowest_eigenvalue, seconds, jump,
@@ -223,6 +224,8 @@ def follow(
         problem = problem_at(target)
         if place is not None:
             problem, before = problem.with_changes(lengths=place(state)), None
+        if any(wall.friction for wall in problem.walls):
+            raise RibbonInputError("friction", None, "is that of ribbon.find.friction.path.follow")
         problem = anchored(problem, state)
         check = problem.lengths.size <= CHECKED or target == 1.0 or leave_saddle
         clock = time.perf_counter()
@@ -237,24 +240,24 @@ def follow(
         good = new.status in _GOOD
         moved, expected, jump = 0.0, None, False
         if good:
-            moved, jump, expected = _movement(state, new, speed, step)
+            moved, jump, expected = movement(state, new, speed, step)
         if jump and not step > 4.0 * smallest and _keeps(problem):
             new = _landed(problem, state, new, how)
             good = new.status in _GOOD
         if not good or (jump and step > 4.0 * smallest and not leave_saddle):
-            log.append(asdict(_record(target, step, new, False, seconds, jump)))
+            log.append(asdict(record_of(target, step, new, False, seconds, jump)))
             size = CUT * step
             last_bad = new
             before = None
             if size < smallest:
-                return _stopped(state, last_bad, t, start, log)
+                return stopped(state, last_bad, t, start, log)
             continue
         if target == 1.0 and new.problem.walls:
             new = search.from_state(new.problem, new.x, How(progress=progress), (new.rows, new.multipliers))
             if new.status not in _GOOD:
-                log.append(asdict(_record(target, step, new, False, seconds, jump)))
-                return _stopped(state, new, t, start, log)
-        record = _record(target, step, new, True, seconds, jump)
+                log.append(asdict(record_of(target, step, new, False, seconds, jump)))
+                return stopped(state, new, t, start, log)
+        record = record_of(target, step, new, True, seconds, jump)
         log.append(asdict(record))
         before, t_before = (None, t) if jump else (state, t)
         if expected is not None or moved > 0:
@@ -301,7 +304,7 @@ def _next_size(size: float, step: float, steps: int | None, iterations: int) -> 
     return step * SHRINK if iterations >= HARD else size
 
 
-def _movement(old: Equilibrium, new: Equilibrium, speed: float | None, step: float) -> tuple[float, bool, float | None]:
+def movement(old: Equilibrium, new: Equilibrium, speed: float | None, step: float) -> tuple[float, bool, float | None]:
     """How far the shape moved (root mean square over the joints), whether that is a jump, what was expected."""
     a, b = _shape(old), _shape(new)
     if a.size != b.size:
@@ -313,7 +316,7 @@ def _movement(old: Equilibrium, new: Equilibrium, speed: float | None, step: flo
     return moved, moved > JUMP * speed * step and moved > LEAST_JUMP * scale, speed * step
 
 
-def _stopped(
+def stopped(
     state: Equilibrium, bad: Equilibrium, t: float, start: Equilibrium, log: list[dict[str, Any]]
 ) -> Equilibrium:
     status = bad.status if bad.status not in _GOOD else Status.NOT_CONVERGED

@@ -15,6 +15,7 @@ from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Barrier
 from ribbon.find import doubling, minima, stretched
 from ribbon.find.bands import folds
+from ribbon.find.friction import path as rubbing
 from ribbon.find.solving import check as _check
 from ribbon.find.solving import refine as _refine
 from ribbon.find.solving import search, start
@@ -114,6 +115,7 @@ def solve_request(
     Raises `RibbonInputError` on bad input.
     """
     seed, how = seed or Seed(), how or How()
+    _check.rubs(request)
     problem = assembled(request)
     _check.walls(problem)
     _check.carried(problem)
@@ -239,7 +241,10 @@ def refine(
     """The same scene on segments cut into `parts`, started from `equilibrium`: the same branch, a smaller error.
 
     The distance to the coarser result estimates the coarser result's discretisation error. Keywords as in `solve_from`.
+    At the end of a path with friction the last increment is gone again on them, from the same places.
     """
+    if equilibrium.before is not None:
+        return rubbing.finer(equilibrium, parts, How(options, progress))
     return _refine.cut_into(equilibrium, parts, How(options, progress, leave_saddle, check))
 
 

@@ -26,6 +26,8 @@ from ribbon.problems.conditions import LinearRows, Rows, SeamRows, UnitRow, Wall
 from ribbon.problems.curved import motions
 from ribbon.problems.curved.rows import CurvedJointRows, CurvedTouchRows
 from ribbon.problems.fields import Fields
+from ribbon.problems.friction.particles import ParticleRows, Rub
+from ribbon.problems.friction.term import Friction, grouped
 from ribbon.problems.itself.pairs import Pair, PairRows
 from ribbon.problems.layout import STRIDE, MixedLayout
 from ribbon.problems.protocol import Anchor, Counters
@@ -55,7 +57,8 @@ class Held:
     comparison; stiffness, in_plane: `ribbon.problems.fields.Fields`; tip: dead force (3,) at s = l, D w / l^2, or
     None; touching: points between the joints that are held on a wall's side too; apart: distance (l) that far parts of
     the strip keep from each other, 0: they may pass through each other; pairs: places of it that are held so; round: it
-    touches itself as a round rod of diameter `apart` about its centreline, not with its surface.
+    touches itself as a round rod of diameter `apart` about its centreline, not with its surface; rubs: particles that
+    walls with friction push, in an increment of a path (`ribbon.find.friction`).
     """
 
     strip: Strip
@@ -79,6 +82,7 @@ class Held:
     apart: float = 0.0
     pairs: tuple[Pair, ...] = ()
     round: bool = False
+    rubs: tuple[Rub, ...] = ()
     counters: Counters = field(default_factory=Counters, compare=False)
     _cache: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
@@ -259,6 +263,8 @@ class Held:
 
     def free_motions(self) -> tuple[FloatArray, FloatArray]:
         """Unit translations (k, 3) and axes of rotation (m, 3) that change neither energy nor constraints."""
+        if self.rubs:
+            return np.empty((0, 3)), np.empty((0, 3))
         if self.obstacles:
             return self._motions_beside_obstacles()
         fixed = [] if self.gravity is None or not self.has_gravity else [np.asarray(self.gravity.up)]
@@ -380,6 +386,20 @@ class Held:
         segments = np.array([[self.segment_at(s) for s in (pair.s, pair.s_other)] for pair in self.pairs]).T
         return PairRows(
             self.pairs, self.apart, segments, self.lengths, self.reach, self.exponent_limit,
+            self.fields.components, self.fields.free, self.sideways,
+        )  # fmt: skip
+
+    @cached_property
+    def friction(self) -> Friction | None:
+        """What friction adds to the energy; None where nothing rubs."""
+        return Friction(self.rubs, grouped(self.rubs, self._particle_rows)) if self.rubs else None
+
+    def _particle_rows(self, rubs: list[Rub], along: FloatArray) -> ParticleRows:
+        starts = np.concatenate([[0.0], np.cumsum(self.lengths)])
+        i = np.array([self.segment_at(rub.s) for rub in rubs])
+        return ParticleRows(
+            i, np.array([rub.particle for rub in rubs]) - starts[i], np.array([rub.side for rub in rubs]),
+            np.zeros(len(rubs), dtype=bool), self.lengths, np.zeros(3), along, self.half_width, self.exponent_limit,
             self.fields.components, self.fields.free, self.sideways,
         )  # fmt: skip
 

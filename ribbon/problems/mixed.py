@@ -90,9 +90,10 @@ class MixedProblem(Held):
         return self._cache["values"]  # type: ignore[no-any-return]
 
     def value(self, x: FloatArray) -> float:
-        """Total energy, units D w / l."""
+        """Total energy, and what friction adds to it in an increment; units D w / l."""
         ends = sum(end[1] for end in self._oblique_ends(x))
-        return float(self._evaluated(x)[0].sum() + self._plate_energy(x) + self._tip_energy(x) + ends)
+        rubbed = 0.0 if self.friction is None else self.friction.value(x)
+        return float(self._evaluated(x)[0].sum() + self._plate_energy(x) + self._tip_energy(x) + ends + rubbed)
 
     def constraints(self, x: FloatArray) -> FloatArray:
         """The rows: the glue, then the blocks."""
@@ -155,6 +156,8 @@ class MixedProblem(Held):
             out[column + _ENDS] += by
         if self.tip is not None:
             out[self.layout.joint(-1).position] -= np.asarray(self.tip)
+        if self.friction is not None:
+            self.friction.add_gradient(x, out)
         return out
 
     def jacobian_structure(self) -> tuple[IntArray, IntArray]:
@@ -185,6 +188,8 @@ class MixedProblem(Held):
             for column, *_ in self._oblique_ends(np.zeros(self.size)):
                 rows, places = np.tril_indices(5)
                 parts.append((column + _ENDS[rows], column + _ENDS[places]))
+            if self.friction is not None:
+                parts.append(self.friction.hessian_structure())
             self._cache["hessian"] = tuple(np.concatenate(part) for part in zip(*parts, strict=True))
         return self._cache["hessian"]  # type: ignore[no-any-return]
 
@@ -200,6 +205,8 @@ class MixedProblem(Held):
             parts.append(self.blocks()[name].hessian(x, multipliers[where]))
         parts.append(factor * np.array([self.walls[k].stiffness for k in self.plates], dtype=float))
         parts.extend(factor * second for *_, second in self._oblique_ends(x))
+        if self.friction is not None:
+            parts.append(factor * self.friction.hessian(x))
         return np.concatenate(parts)
 
     def elimination(self) -> tuple[IntArray, IntArray]:

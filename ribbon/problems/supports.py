@@ -7,6 +7,7 @@ moving the held end by d changes the energy of the equilibrium by <force on the 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -15,10 +16,11 @@ from numpy.typing import NDArray
 from ribbon.boundary import Clamp
 from ribbon.contact import Barrier, Wall
 from ribbon.element import quaternion
-from ribbon.forces import Force, PairForce, WallForce
+from ribbon.forces import Force, PairForce, RubForce, WallForce
 from ribbon.problems.conditions import Rows, WallRows
 from ribbon.problems.curved.rows import CurvedJointRows
 from ribbon.problems.fields import Fields
+from ribbon.problems.friction.term import Friction
 from ribbon.problems.itself.pairs import Pair, PairRows
 from ribbon.problems.layout import MixedLayout
 from ribbon.problems.touching import TouchRows
@@ -33,6 +35,8 @@ _ONE_PLACE = 1e-6
 #: Joints without a push that two places of one line may have between them: what is lifted there is less than segments
 #: resolve.
 _PASSED = 2
+#: Part of mu N by which friction may miss it and be all of it.
+_ALL = 1e-6
 
 
 class Mixed(Protocol):
@@ -55,6 +59,12 @@ class Mixed(Protocol):
 
     @property
     def fields(self) -> Fields: ...
+
+    @property
+    def friction(self) -> Friction | None: ...
+
+    @property
+    def half_width(self) -> float: ...
 
     @property
     def pairs(self) -> tuple[Pair, ...]: ...
@@ -114,6 +124,11 @@ def end(problem: Mixed, x: FloatArray, rows: FloatArray) -> Force | None:
 
 def walls(problem: Mixed, x: FloatArray, rows: FloatArray) -> tuple[WallForce, ...]:
     """What every wall exerts, in order."""
+    found = _pushes(problem, x, rows)
+    return tuple(found if problem.friction is None else _rubbed(problem, x, found))
+
+
+def _pushes(problem: Mixed, x: FloatArray, rows: FloatArray) -> list[WallForce]:
     found: list[WallForce] = []
     s = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     slices = problem.block_slices()
@@ -146,7 +161,25 @@ def walls(problem: Mixed, x: FloatArray, rows: FloatArray) -> tuple[WallForce, .
             found[-1] = _together(found[-1], exerted, s)
         else:
             found.append(exerted)
-    return tuple(found)
+    return found
+
+
+def _rubbed(problem: Mixed, x: FloatArray, found: list[WallForce]) -> list[WallForce]:
+    """What the walls exert with their friction: minus what the particles exert on them."""
+    assert problem.friction is not None
+    term = problem.friction
+    each: dict[int, list[RubForce]] = {}
+    for rub, point, force, slip in zip(term.rubs, term.points(x), term.forces(x), term.slips(x), strict=True):
+        mu = problem.walls[rub.wall].friction
+        slips = bool(np.linalg.norm(force) >= rub.bound * (1.0 - _ALL))
+        own = RubForce(rub.s, rub.side * problem.half_width, point, rub.bound / mu, -force, slip, slips)
+        each.setdefault(rub.wall, []).append(own)
+    return [
+        replace(wall, friction=sum((one.friction for one in each[k]), np.zeros(3)), rubs=tuple(each[k]))
+        if k in each
+        else wall
+        for k, wall in enumerate(found)
+    ]
 
 
 def _together(one: WallForce, other: WallForce, joints: FloatArray) -> WallForce:

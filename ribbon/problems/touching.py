@@ -56,7 +56,7 @@ class Touch(NamedTuple):
     slides: bool = False
 
 
-class _Nearest(NamedTuple):
+class Nearest(NamedTuple):
     """Of the points, wherever they have gone: along (k,) behind their segments' starts; jets (k, 3, components) of y
     and slopes (k, 3, 1 + parameters) of y' with its first derivatives, by what bends the segment; bent (k,): 1 / g_hh
     (l), 0 where the place does not move."""
@@ -121,7 +121,7 @@ class TouchRows:
             form(self.normal, axis, forms[r])
         return forms
 
-    def _at(self, x: FloatArray) -> _Nearest:
+    def _at(self, x: FloatArray) -> Nearest:
         """The nearest places at x, and all that is asked for there."""
         x = np.ascontiguousarray(x, dtype=float)
         key = x.tobytes()
@@ -129,7 +129,7 @@ class TouchRows:
             self._kept["nearest"], self._kept["key"] = self._nearest(x), key
         return self._kept["nearest"]  # type: ignore[no-any-return]
 
-    def _nearest(self, x: FloatArray) -> _Nearest:
+    def _nearest(self, x: FloatArray) -> Nearest:
         q = self._own(x)
         own = self.lengths[self.segments]
         along, inside = self._least(x, q, own)
@@ -144,7 +144,7 @@ class TouchRows:
                 kernels.by_unknowns(jets[row, r], length)
                 kernels.by_unknowns(slopes[row, r], length)
         bent = np.where(inside & (curvature > FLAT), 1.0 / np.maximum(curvature, FLAT), 0.0)
-        return _Nearest(along, jets, slopes[:, :, : 1 + self._parameters], bent)
+        return Nearest(along, jets, slopes[:, :, : 1 + self._parameters], bent)
 
     def _own(self, x: FloatArray) -> FloatArray:
         """Parameters (k, 4 or 6) of the points' segments."""

@@ -53,6 +53,7 @@ NAMES = (
     "moebius_saddle",
     "roman",
     "obstacles",
+    "friction",
     "edges",
     "curl_length",
     "rod_ribbon",

@@ -46,6 +46,9 @@ def walls_of(state: State) -> list[dict[str, Any]]:
         entry = {**wall, "lines_error": sure, **({} if sure is not None else {"lines_error_why": why})}
         for name in ("mean_pressure", "greatest_pressure"):
             entry |= with_error(wall, name, state.errors, k, state.error_why) if name in wall else {}
+        if "friction" in wall:
+            off = state.errors.get("friction", {}).get(str(k))
+            entry |= {"friction_error": off, **({} if off is not None else {"friction_error_why": unlike})}
         found.append(entry)
     return found
 

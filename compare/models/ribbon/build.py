@@ -94,7 +94,7 @@ def ribbon_closure(scene: Scene) -> Closure | None:
 def ribbon_walls(scene: Scene) -> tuple[Barrier, ...]:
     """The walls, then the obstacles (`Scene.barriers`), points in units of l, stiffness in D w / l^3."""
     placed = zip(scene.walls, scene.wall_points, scene.wall_normals, strict=True)
-    walls = (Wall(point, normal, wall.stiffness) for wall, point, normal in placed)
+    walls = (Wall(point, normal, wall.stiffness, wall.friction) for wall, point, normal in placed)
     return (*walls, *_obstacles(scene))
 
 
@@ -106,7 +106,7 @@ def _obstacles(scene: Scene) -> Iterator[Obstacle]:
             yield Solid("edge", body.point, body.radius, body.axis, body.inside, body.normal, None, body.angle)
         else:
             kind: Literal["cylinder", "sphere"] = "sphere" if spec.kind == "sphere" else "cylinder"
-            yield Obstacle(kind, body.point, body.radius, body.axis, body.inside)
+            yield Obstacle(kind, body.point, body.radius, body.axis, body.inside, friction=spec.friction)
 
 
 def ribbon_gravity(scene: Scene) -> Gravity | None:

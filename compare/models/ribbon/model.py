@@ -67,7 +67,7 @@ class RibbonModel(Model):
     }
     reads = (
         keys.STRIP | keys.SHAPED | keys.TIP | keys.WEIGHT | keys.OVER_THE_SURFACE | keys.BOTH_CLAMPS | keys.CLOSURE
-        | keys.HALF_TURNS | keys.WALLS | keys.OBSTACLES | keys.CONTACT | keys.MODEL - keys.ARC_LENGTH | keys.SEED
+        | keys.HALF_TURNS | keys.WALLS | keys.OBSTACLES | keys.FRICTION | keys.CONTACT | keys.MODEL - keys.ARC_LENGTH | keys.SEED
         | keys.PATH
     )  # fmt: skip
     without_effect = keys.because(
@@ -92,8 +92,9 @@ class RibbonModel(Model):
                 'choose formulation = "auto", "chained" or "mixed", or give model.elements',
             )  # fmt: skip
         from compare.models.ribbon.free import refusal
+        from compare.models.ribbon.friction import refused
 
-        return refusal(scene)
+        return refused(scene) or refusal(scene)
 
     def variants(self, scene: Scene) -> tuple[Variant, ...]:
         """One; of an energy with a thickness one for each w/h of the scene."""

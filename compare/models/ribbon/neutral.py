@@ -55,7 +55,7 @@ def told(scene: Scene, state: State) -> State:
     within its error, and forces and moments within what they are at the places that were found."""
     e = state.native
     lowest = state.lowest_eigenvalue
-    if not state.ok or lowest is None or not abs(lowest) <= SOFT or not scene.barriers or state.motions:
+    if not state.ok or lowest is None or not abs(lowest) <= SOFT or not scene.barriers or state.motions or e.before:
         return state
     found = _along(e)
     if not found:

@@ -22,6 +22,7 @@ import numpy as np
 
 from compare.measure.load_curve import watched
 from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
+from compare.models.ribbon import friction
 from compare.models.ribbon.fields import fields
 from compare.scene.change import value_of
 from compare.scene.homotopy import Homotopy, between
@@ -33,7 +34,9 @@ from compare.store.store import atomic_write_bytes, case_key, jsonable
 from ribbon import Equilibrium, Status, archive, solve
 from ribbon.find.adaptive import refine_to_tolerance
 from ribbon.find.continuation import StepRecord, anchored, follow, switch
+from ribbon.find.friction import path as rubbing
 from ribbon.find.solve import Problem
+from ribbon.problems.friction.particles import Rub
 from ribbon.problems.itself.pairs import Pair
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.touching import Touch
@@ -93,9 +96,10 @@ class _Keeper:
         about = {
             "key": self.key, "stage": place.stage, "t": place.t, "log": place.log, "touching": e.problem.touching,
             "pairs": e.problem.pairs if isinstance(e.problem, MixedProblem) else (),
+            "rubs": e.problem.rubs if isinstance(e.problem, MixedProblem) else (),
         }  # fmt: skip
         arrays = {"place": np.array(json.dumps(about)), "lengths": e.problem.lengths}
-        arrays |= {f"found_{name}": values for name, values in archive.pack(e).items()}
+        arrays |= {f"found_{name}": values for name, values in archive.pack(replace(e, before=None)).items()}
         states = None if self.film is None else self.film.states
         kept = {} if states is None else {f"state_{name}": values for name, values in states.arrays().items()}
         atomic_write_bytes(self.path, npz_bytes({**arrays, **kept}))
@@ -120,6 +124,8 @@ class _Keeper:
             problem = problem.with_changes(touching=tuple(Touch(*touch) for touch in about["touching"]))
         if about.get("pairs") and isinstance(problem, MixedProblem):
             problem = problem.with_changes(pairs=tuple(Pair(*pair) for pair in about["pairs"]))
+        if about.get("rubs") and isinstance(problem, MixedProblem):
+            problem = problem.with_changes(rubs=tuple(Rub(*(_tuples(part) for part in rub)) for rub in about["rubs"]))
         if not np.array_equal(problem.lengths, lengths) or problem.size != arrays["x"].size:
             return None
         try:
@@ -149,6 +155,7 @@ class _Walk:
         self.keys = watched([key for stage in scene.path for key in stage])
         self.keeper, self.leave_saddle = keeper, leave_saddle
         self.progress, self.on_step = progress, on_step
+        self.rubs = friction.rubs(scene)
         self.solved = 0
         for leg in self.legs:
             for t in CHECKED_AT:
@@ -162,6 +169,10 @@ class _Walk:
         """The ribbon's problem there."""
         scene = self.scene(stage, t)
         return ribbon_problem(scene, _formulation(scene))
+
+    def at(self, stage: int) -> Callable[[float], Problem]:
+        """The problems along the leg to `stage`."""
+        return lambda t: self.problem(stage, t)
 
     def entry(self, stage: int, record: StepRecord, equilibrium: Equilibrium) -> dict[str, Any]:
         """The entry of the log of a step that was accepted: the values of the path's keys there, forces, moments."""
@@ -220,6 +231,7 @@ class _Walk:
         first = self.stages[0]
         clock = time.perf_counter()
         arguments = {**ribbon_arguments(first), "formulation": _formulation(first)}
+        arguments["walls"] = tuple(replace(wall, friction=0.0) for wall in arguments["walls"])  # put there without
         found = solve(**arguments, leave_saddle=self.leave_saddle, budget=first.model.budget)
         entry = self._solved(0, 1.0, found, time.perf_counter() - clock)
         return self._accept(_Place(0, 1.0, found, (entry,)))
@@ -245,11 +257,15 @@ class _Walk:
             taken.append(self.entry(place.stage, record, found))
             self._accept(_Place(place.stage, record.t, found, (*place.log, *taken)))
 
+        begin, steps = replace(place.equilibrium, log=()), self.steps[place.stage]
         with within(self.stages[place.stage].model.budget):
-            found = follow(
-                lambda t: self.problem(place.stage, t), replace(place.equilibrium, log=()),
-                steps=self.steps[place.stage], leave_saddle=self.leave_saddle, on_step=step, begin=place.t,
-            )  # fmt: skip
+            if self.rubs:
+                found = rubbing.follow(self.at(place.stage), begin, steps=steps, on_step=step, begin=place.t)
+            else:
+                found = follow(
+                    self.at(place.stage), begin, steps=steps, leave_saddle=self.leave_saddle, on_step=step,
+                    begin=place.t,
+                )  # fmt: skip
         accepted = iter(taken)
         entries = [next(accepted) if step["accepted"] else _entry(place.stage, step) for step in found.log]
         self.solved += len(entries) - len(taken)
@@ -271,12 +287,18 @@ def _held(equilibrium: Equilibrium, scene: Scene, keys: tuple[str, ...]) -> dict
             "walls": [wall.force.tolist() for wall in equilibrium.walls],
         },
         "moments": {name: None if at is None else at.moment.tolist() for name, at in ends.items()},
+        **friction.along(equilibrium),
         **(
             {"forces_why": equilibrium.forces_why, "moments_why": equilibrium.forces_why}
             if equilibrium.forces_why
             else {}
         ),
     }
+
+
+def _tuples(part: Any) -> Any:
+    """Lists of a file as the tuples that they were."""
+    return tuple(part) if isinstance(part, list) else part
 
 
 def _formulation(scene: Scene) -> str:

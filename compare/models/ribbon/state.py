@@ -24,6 +24,7 @@ from compare.models.base import (
     natural_constant,
     on_strip,
 )
+from compare.models.ribbon import friction
 from compare.scene.inputs.law import values
 
 if TYPE_CHECKING:
@@ -217,6 +218,7 @@ def _supports(scene: Scene | None, e: Equilibrium) -> Supports:
                 "mean_pressure": found.mean_pressure,
                 "height": found.height,
                 **({} if found.moment is None else {"moment": found.moment}),
+                **friction.entry(found),
             }
             for name, found in zip(scene.barrier_names, e.walls, strict=True)
         )

@@ -48,6 +48,15 @@ def numbers(request: Request) -> None:
         )
 
 
+def rubs(request: Request) -> None:
+    """Friction without a path: a state that rubs depends on the way to it."""
+    for wall in request.walls:
+        if wall.friction:
+            raise RibbonInputError(
+                "friction", wall.friction, "acts along a path: solve with 0, then ribbon.find.friction.path.follow"
+            )
+
+
 def pulled(request: Request, chosen: str) -> None:
     """A force at s = l that has nothing to act on, or nothing to act against; chosen: the formulation."""
     force, start, end = request.tip, request.start, request.end

@@ -1,0 +1,1 @@
+"""Coulomb friction at places of contact: the particles there, and what an increment's friction adds to the energy."""
