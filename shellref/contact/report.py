@@ -1,4 +1,4 @@
-"""What walls exert, and how well a state keeps the conditions of contact, between its nodes too. NumPy only."""
+"""What walls and bodies exert, and how well a state keeps the conditions of contact, between its nodes too. NumPy only."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from shellref.contact.active import Contact
+from shellref.contact.walls import Standing
 
 #: Points of an element, each way, at which the surface is looked at between its nodes.
 BETWEEN = 8
@@ -55,24 +56,26 @@ def sampled(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
 
 
 def walls(
-    contact: Contact, state: np.ndarray, offsets: np.ndarray, nodes: np.ndarray, areas: np.ndarray
+    contact: Contact, state: np.ndarray, standing: Standing, nodes: np.ndarray, areas: np.ndarray
 ) -> Iterator[dict[str, Any]]:
-    """Of each wall what `ShellResult.walls` says; state (n, 6), offsets (walls,), nodes (n, 2) in material coordinates,
-    areas (n,) of the nodes over the width.
+    """Of each wall, then of each body, what `ShellResult.walls` says; state (n, 6), nodes (n, 2) in material
+    coordinates, areas (n,) of the nodes over the width.
 
     The moment is exact for the discrete balance: a face's push acts at the face.
     """
-    rows, pushes = contact.rows, contact.pushes
-    gaps, points = rows.gaps(state, offsets, contact.heights), rows.points(state)
-    for k, normal in enumerate(rows.path.normals):
+    contact.see(state, standing)
+    rows, pushes, path = contact.rows, contact.pushes, contact.path
+    gaps, points, normals = rows.gaps(state, standing, contact.heights), rows.points(state), rows.normals
+    stiffness = (*path.stiffness, *(None,) * len(path.bodies))
+    for k, spring in enumerate(stiffness):
         own = rows.walls == k
         at = np.flatnonzero(own & contact.active)
-        force = pushes[at, None] * normal
+        force = pushes[at, None] * normals[at]
         yield {
             "force": force.sum(axis=0),
             "moment": np.cross(points[at], force).sum(axis=0),
             "gap": float(np.min(gaps[own], initial=np.inf)) if own.any() else None,
-            "height": None if rows.path.stiffness[k] is None else float(contact.heights[k]),
+            "height": None if spring is None else float(contact.heights[k]),
             "contacts": nodes[rows.nodes[at]],
             "lines": lines(nodes[:, 0], nodes[rows.nodes[at], 0]),
             "points": points[at],
@@ -90,23 +93,28 @@ def lines(everywhere: np.ndarray, touched: np.ndarray) -> np.ndarray:
 
 
 def contact(
-    contact: Contact, state: np.ndarray, offsets: np.ndarray, between: tuple[np.ndarray, np.ndarray], thickness: float
+    contact: Contact, state: np.ndarray, standing: Standing, between: tuple[np.ndarray, np.ndarray], thickness: float
 ) -> dict[str, Any]:
     """{"surface", "through": deepest of the places behind its wall (l), "pull" and "product": largest pull and largest
     |lambda g| over the largest push, "weakly": places that touch and hardly push, "penetration": the deepest behind a
-    wall anywhere (l), 0 where nothing is}; between: positions and directors (n, 3) of the surface, see `sampled`.
+    wall or within a body anywhere (l), 0 where nothing is}; between: positions and directors (n, 3) of the surface, see `sampled`.
     """
-    judged = contact.judged(state, offsets)
-    path = contact.rows.path
+    judged = contact.judged(state, standing)
+    path = contact.path
     points, directors = between
-    heights = (points @ path.normals.T) - offsets - contact.heights
-    if contact.rows.lever and np.any(contact.rows.sides):
-        heights = heights - 0.5 * thickness * np.abs(directors @ path.normals.T)
+    lever = 0.5 * thickness if contact.rows.sides.any() else 0.0
+    count = len(path.normals)
+    heights = (points @ path.normals.T) - standing.offsets - contact.heights[:count]
+    heights = heights - lever * np.abs(directors @ path.normals.T)
+    least = float(np.min(heights, initial=0.0))
+    for body, centre in zip(path.bodies, standing.centres, strict=True):
+        for side in (1.0, -1.0) if lever else (0.0,):
+            least = min(least, float(body.gaps(points + side * lever * directors, centre).min()))
     return {
         "surface": path.surface,
         "through": judged.through,
         "pull": judged.pull,
         "product": judged.product,
         "weakly": judged.weakly,
-        "penetration": float(max(0.0, -np.min(heights))),
+        "penetration": max(0.0, -least),
     }

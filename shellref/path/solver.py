@@ -137,7 +137,7 @@ class Solver:
             at = min(walk.stage, len(stages) - 1)
             model.set_control(stages[at].at(walk.point.load if walk.stage == at else 1.0))
         control = model.control
-        residual = equilibrium.less_walls(model.residual(state))
+        residual = equilibrium.less_walls(model.residual(state), state)
         absolute = float(np.sqrt(equilibrium.total_of(equilibrium.reduced_residual(state) ** 2)))
         floats = equilibrium.supports.motions  # of what nothing holds: reactions are no forces of supports
         held = np.where(self._clamped, residual, 0.0)
@@ -200,11 +200,11 @@ class Solver:
             clamps=clamps,
             walls=()
             if touch is None
-            else tuple(contact_report.walls(touch, state, equilibrium.wall_offsets(), model.nodes, model.nodal_areas)),
+            else tuple(contact_report.walls(touch, state, equilibrium.standing(), model.nodes, model.nodal_areas)),
             contact=None
             if touch is None
             else contact_report.contact(
-                touch, state, equilibrium.wall_offsets(), contact_report.sampled(surface), problem.thickness
+                touch, state, equilibrium.standing(), contact_report.sampled(surface), problem.thickness
             ),
             cell_midpoints=api.gather_rows(model.comm, model.midpoints),
             energy_density=api.gather_rows(model.comm, energies.density),
@@ -232,7 +232,7 @@ class Solver:
 
         residual (nodes, 6): of the state at the present control, when known.
         """
-        residual = self.equilibrium.less_walls(self.model.residual(state)) if residual is None else residual
+        residual = self.equilibrium.less_walls(self.model.residual(state), state) if residual is None else residual
         control, held = self.model.control, self._clamped.astype(float)
         origins = {edge.name: edge.point(state) for edge in self.equilibrium.supports.edges}
         fields = [self.model.on_grid(field).reshape(-1, 6) for field in (state, residual, held)]
