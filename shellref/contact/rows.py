@@ -294,6 +294,8 @@ class Touching:
     def at(self, state: np.ndarray, standing: Standing) -> tuple[Touching, np.ndarray | None]:
         """The places with their gradients at a state, and which of these each is (m,), -1 none; None: the same."""
         found = [block.at(state, standing) for block in self.blocks]
+        if all(one is block for (one, _), block in zip(found, self.blocks, strict=True)):
+            return self, None
         new = Touching(tuple(block for block, _ in found), self.lever)
         if all(old is None for _, old in found):
             return new, None

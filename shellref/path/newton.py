@@ -140,7 +140,7 @@ class Equilibrium:
         own = self.unknowns - sum(edge.unknowns for edge in held.edges)
         floating = np.zeros_like(held.translations) if held.floating is None else held.floating
         carries = not held.edges and not np.any(held.translations & ~floating)
-        rows = touching(self.model, path, places, self._projection(bases))
+        rows = touching(self.model, path, places, self._projection(bases), held.tie)
         return Contact(
             path, rows, self.model.comm, self.unknowns, own, len(places), self.model.nodal_areas, carries
         )
