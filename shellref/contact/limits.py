@@ -11,7 +11,7 @@ from ribbonbench import statics
 from shellref.contact.obstacles import Obstacle
 from shellref.contact.walls import FACES
 from shellref.holds import parts
-from shellref.inputs import ShellInputError, Vector, numbers, positive
+from shellref.inputs import ShellInputError, Vector, number, numbers
 
 if TYPE_CHECKING:
     from shellref.shell.problem import Pose, ShellProblem
@@ -44,9 +44,9 @@ def check_contact(problem: ShellProblem, put: Callable[[str, object], None]) -> 
         raise ShellInputError("obstacles", given, "must be a list of obstacles")
     put("obstacles", tuple(Obstacle.read(item) for item in given))
     if problem.apart is not None:
-        put("apart", positive("apart", problem.apart))
-        if problem.apart > MOST_APART:
-            raise ShellInputError("apart", problem.apart, f"must be at most {MOST_APART:g} of the length")
+        put("apart", number("apart", problem.apart))
+        if not 0.0 <= problem.apart <= MOST_APART:
+            raise ShellInputError("apart", problem.apart, f"must be from 0 to {MOST_APART:g} of the length")
         for key, value in (("transverse_curvature", problem.transverse_curvature),):
             if value:
                 raise ShellInputError("apart", problem.apart, f"is not known for strips with {key}: leave one out")

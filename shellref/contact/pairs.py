@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
+from scipy.spatial import cKDTree
 
 from shellref.contact.rows import MOST_PARTS, Entries
 from shellref.contact.sheet import Feet, Local, Sheet
@@ -35,8 +36,8 @@ FOLLOWED = 0.1
 #: distances and sizes of elements along the strip within which nothing of it is another part.
 REACH = (3.0, 4.0, 0.03)
 NEIGHBOURS = (1.6, 3.0)
-#: Half of the steps of the numbers of parts.
-_STEPS = MOST_PARTS // 2
+#: How far (l) nodes are looked for at most where a step went far, and z that is 0.
+MOST_REACH, NOTHING = 0.5, 1e-9
 
 
 @dataclass(frozen=True)
@@ -155,6 +156,43 @@ class PairRows:
                 taken.add(int(before[k]))
         return before
 
+    def passed(self, before: np.ndarray, after: np.ndarray) -> bool:
+        """Whether a node is on the other side of a part at a state than it was at the one before."""
+        moved = float(np.linalg.norm(after[:, :3] - before[:, :3], axis=1).max())
+        reach = min(self.reach + 2.0 * moved, MOST_REACH)
+        nodes, feet = self.search(before, reach)
+        if not len(nodes):
+            return False
+        there = replace(self, found=replace(self.found, nodes=nodes, feet=feet))
+        nodes, later = self.search(after, reach)
+        was = there.followed(nodes, later)
+        one, other = feet.z[was], later.z
+        through = (was >= 0) & (one * other < 0.0) & (np.minimum(np.abs(one), np.abs(other)) > NOTHING)
+        return bool(np.any(through))
+
+    def crossing(self, state: np.ndarray) -> tuple[float, float] | None:
+        """S of a place where a state crosses itself, and S of the other part there; None: it does not. There neighbours
+        along the strip are on different sides of one part."""
+        nodes, feet = self.search(state, self.reach)
+        if not len(nodes):
+            return None
+        own, _ = self.sheet.material(feet)
+        s, v = self.material[nodes].T
+        step = float(np.diff(self.sheet.grid.s_nodes).max())
+        order = np.lexsort((own, s, np.round(v, 12)))
+        s, v, own, z = s[order], v[order], own[order], feet.z[order]
+        for back in range(1, 5):
+            if len(s) <= back:
+                break
+            near = (np.abs(s[back:] - s[:-back]) < 1.5 * step) & (np.abs(v[back:] - v[:-back]) < 1e-12)
+            near &= (np.abs(own[back:] - own[:-back]) < 6.0 * step) & (s[back:] > s[:-back])
+            through = near & (z[back:] * z[:-back] < 0.0)
+            through &= np.minimum(np.abs(z[back:]), np.abs(z[:-back])) > NOTHING
+            if through.any():
+                k = int(np.argmax(through))
+                return float(s[k]), float(own[k])
+        return None
+
     def points(self, state: np.ndarray) -> np.ndarray:
         """Where the places are (m, 3)."""
         return np.asarray(state[self.nodes, :3])
@@ -166,6 +204,20 @@ class PairRows:
         else:
             z = self.sheet.solved(state, state[self.nodes, :3], self.found.feet)[0].z
         return np.asarray(self.found.side * z - self.apart)
+
+    def least(self, state: np.ndarray, points: np.ndarray, s: np.ndarray, v: np.ndarray) -> float:
+        """Least gap (l) at a state of places (n, 3) of the strip at S and v (n,), at most 0, before other parts; sides
+        are those of the nearest of these pairs."""
+        which, feet = self.sheet.near(state, points, s, self.apart + self.reach, self.neighbours, self.closed)
+        if not len(which) or not len(self.nodes):
+            return 0.0
+        own, _ = self.sheet.material(feet)
+        other, _ = self.sheet.material(self.found.feet)
+        tree = cKDTree(np.column_stack([self.material[self.nodes, 0], other]))
+        away, near = tree.query(np.column_stack([s[which], own]))
+        known = away < FOLLOWED
+        side = np.where(known, self.found.side[near], np.where(feet.z < 0.0, -1.0, 1.0))
+        return min(0.0, float(np.min(side * feet.z - self.apart)))
 
     def applied(self, fields: np.ndarray) -> np.ndarray:
         """b . field (m,)."""

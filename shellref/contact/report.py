@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from shellref.contact.active import Contact
+from shellref.contact.pairs import PairRows
 from shellref.contact.walls import Standing
 
 #: Points of an element, each way, at which the surface is looked at between its nodes.
@@ -43,15 +44,20 @@ class Surface(Protocol):
         ...
 
 
-def sampled(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and directors (n, 3) at `BETWEEN` steps of every element each way, its nodes among them where its
-    degree divides that."""
+def material(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """S and v, each ascending, of `BETWEEN` steps of every element each way, its nodes among them where its degree
+    divides that."""
 
     def fine(ends: np.ndarray) -> np.ndarray:
         steps = np.arange(BETWEEN) / BETWEEN
         return np.append((ends[:-1, None] + np.diff(ends)[:, None] * steps).ravel(), ends[-1])
 
-    s, v = fine(surface.s_nodes[:: surface.degree]), fine(surface.v_nodes[:: surface.degree])
+    return fine(surface.s_nodes[:: surface.degree]), fine(surface.v_nodes[:: surface.degree])
+
+
+def sampled(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and directors (n, 3) at `material`."""
+    s, v = material(surface)
     return surface.grid(s, v).reshape(-1, 3), surface.director(s[:, None], v[None, :]).reshape(-1, 3)
 
 
@@ -83,6 +89,39 @@ def walls(
         }
 
 
+def pairs(contact: Contact, nodes: np.ndarray) -> list[dict[str, Any]]:
+    """Where parts of the strip push each other, at the state last seen, what `ShellResult.pairs` says; nodes (n, 2) in
+    material coordinates."""
+    found = []
+    first = 0
+    for block in contact.rows.blocks:
+        here = slice(first, first + len(block.nodes))
+        first += len(block.nodes)
+        if not isinstance(block, PairRows):
+            continue
+        s, v = block.sheet.material(block.found.feet)
+        force = contact.pushes[here, None] * block.normals
+        for k in np.flatnonzero(contact.active[here]):
+            own = nodes[block.nodes[k]]
+            found.append(
+                {"s": float(own[0]), "v": float(own[1]), "s_other": float(s[k]), "v_other": float(v[k]),
+                 "force": force[k], "gap": float(abs(block.found.feet.z[k]))}
+            )  # fmt: skip
+    return found
+
+
+def _too_near(contact: Contact, state: np.ndarray, surface: Surface) -> float:
+    """By how much (l) parts of the strip are nearer than they may be, between its nodes too, at the state last seen."""
+    least = 0.0
+    for block in contact.rows.blocks:
+        if isinstance(block, PairRows):
+            s, v = material(surface)
+            at, along = np.meshgrid(s, v, indexing="ij")
+            points = surface.grid(s, v).reshape(-1, 3)
+            least = min(least, block.least(state, points, at.ravel(), along.ravel()))
+    return -least
+
+
 def lines(everywhere: np.ndarray, touched: np.ndarray) -> np.ndarray:
     """(n, 2) first and last abscissa of the rows of nodes that touch without a gap between them; everywhere, touched:
     abscissae of all nodes, and of those that a wall pushes."""
@@ -93,15 +132,15 @@ def lines(everywhere: np.ndarray, touched: np.ndarray) -> np.ndarray:
 
 
 def contact(
-    contact: Contact, state: np.ndarray, standing: Standing, between: tuple[np.ndarray, np.ndarray], thickness: float
+    contact: Contact, state: np.ndarray, standing: Standing, surface: Surface, thickness: float
 ) -> dict[str, Any]:
     """{"surface", "through": deepest of the places behind its wall (l), "pull" and "product": largest pull and largest
     |lambda g| over the largest push, "weakly": places that touch and hardly push, "penetration": the deepest behind a
-    wall or within a body anywhere (l), 0 where nothing is}; between: positions and directors (n, 3) of the surface, see `sampled`.
+    wall, within a body or nearer to another part than may be, anywhere (l), 0 where nothing is}; surface: of the state.
     """
     judged = contact.judged(state, standing)
     path = contact.path
-    points, directors = between
+    points, directors = sampled(surface)
     lever = 0.5 * thickness if contact.rows.sides.any() else 0.0
     count = len(path.normals)
     heights = (points @ path.normals.T) - standing.offsets - contact.heights[:count]
@@ -116,5 +155,5 @@ def contact(
         "pull": judged.pull,
         "product": judged.product,
         "weakly": judged.weakly,
-        "penetration": max(0.0, -least),
+        "penetration": max(0.0, -least, _too_near(contact, state, surface)),
     }

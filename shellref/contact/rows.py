@@ -305,6 +305,15 @@ class Touching:
         ]
         return new, np.concatenate(before)
 
+    def passed(self, before: np.ndarray, after: np.ndarray) -> bool:
+        """Whether parts of the strip went through each other from one state (n, 6) to the next."""
+        return any(block.passed(before, after) for block in self.blocks if hasattr(block, "passed"))
+
+    def crossing(self, state: np.ndarray) -> tuple[float, float] | None:
+        """S of a place where a state crosses itself, and S of the other part there; None: it does not, or may."""
+        found = (block.crossing(state) for block in self.blocks if hasattr(block, "crossing"))
+        return next((place for place in found if place is not None), None)
+
     def _joined(self, name: str, *given: Any) -> np.ndarray:
         return np.concatenate([getattr(block, name)(*given) for block in self.blocks])
 

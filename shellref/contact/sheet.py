@@ -22,7 +22,9 @@ from shellref.kernels.lagrange import lobatto
 from shellref.shell.grid import Grid
 
 #: Newton's iterations for a foot, where they end, and how far (elements) beyond an element they may go.
-ITERATIONS, ENOUGH, BEYOND = 12, 1e-13, 0.6
+ITERATIONS, ENOUGH, BEYOND = 12, 1e-12, 0.6
+#: How far (elements) beyond an element a foot may seem to be by the lines of its middle, and how much farther z.
+SEEMS, FARTHER = 1.0, 1.5
 #: Part of an element by which a foot may be beyond it, and part of one within which two feet are the same.
 WITHIN, SAME = 1e-7, 1e-5
 
@@ -161,8 +163,9 @@ class Sheet:
         away = self._along_strip(s[number], 0.5 * (knots[:-1] + knots[1:])[element // ny], closed)
         wide = away > apart - 0.5 * np.diff(knots)[element // ny]
         element, number = element[wide], number[wide]
-        half, none = np.full(len(element), 0.5), np.zeros(len(element))
-        feet, good = self.solved(state, points[number], Feet(element, half, half, none))
+        begin, seems = self._seem(state, points[number], element, reach)
+        number = number[seems]
+        feet, good = self.solved(state, points[number], begin.some(seems))
         good &= (np.abs(feet.t - 0.5) <= 0.5 + WITHIN) & (np.abs(feet.u - 0.5) <= 0.5 + WITHIN)
         good &= np.abs(feet.z) <= reach
         own, v = self.material(feet)
@@ -176,6 +179,26 @@ class Sheet:
             same = (number[back:] == number[:-back]) & (np.abs(own[back:] - own[:-back]) < size_s)
             first[back:] &= ~(same & (np.abs(v[back:] - v[:-back]) < size_v))
         return number[first], feet.some(first)
+
+    def _seem(
+        self, state: np.ndarray, points: np.ndarray, element: np.ndarray, reach: float
+    ) -> tuple[Feet, np.ndarray]:
+        """Feet of points (m, 3) on elements (m,) as they seem from the middles of these, and a mask of those that may be
+        on them, within reach."""
+        every = np.arange(len(self.stencil))
+        half, z = np.full(len(every), 0.5), np.zeros(len(element))
+        middle = self.local(state, Feet(every, half, half, 0.0 * half))
+        place, director = middle.place[:3][:, element], middle.director[:3][:, element]
+        found = np.zeros((len(element), 3))
+        for _ in range(2):
+            sides = place[1:] + z[:, None] * director[1:]
+            j = np.stack([sides[0], sides[1], director[0]], axis=-1)
+            j[np.abs(np.linalg.det(j)) < 1e-300] = np.eye(3)
+            found = np.linalg.solve(j, (points - place[0])[:, :, None])[:, :, 0]
+            z = found[:, 2]
+        seems = (np.abs(found[:, :2]) <= 0.5 + SEEMS).all(axis=1) & (np.abs(z) <= FARTHER * reach)
+        t, u = np.clip(0.5 + found[:, 0], 0.0, 1.0), np.clip(0.5 + found[:, 1], 0.0, 1.0)
+        return Feet(element, t, u, z), seems
 
     @staticmethod
     def _along_strip(s: np.ndarray, other: np.ndarray, closed: bool) -> np.ndarray:

@@ -155,6 +155,10 @@ class Solver:
                 f"the stabilisation carries {energies.stabilisation / energies.elastic:.1%} of the elastic energy"
                 " (hourglass modes): use more elements, two or more across"
             )
+        crossed = None if equilibrium.contact is None else equilibrium.contact.rows.crossing(state)
+        if status not in bad and crossed is not None:
+            status = ShellStatus.INVALID
+            message = "it crosses itself at S = {:.4g} and {:.4g}: use smaller steps (max_step)".format(*crossed)
         parts = {"bending": energies.bending, "membrane": energies.membrane, "shear": energies.shear}
         elastic, stored = energies.elastic, sum(parts.values())
         clamps = self.carried(state, residual)
@@ -204,8 +208,9 @@ class Solver:
             contact=None
             if touch is None
             else contact_report.contact(
-                touch, state, equilibrium.standing(), contact_report.sampled(surface), problem.thickness
+                touch, state, equilibrium.standing(), surface, problem.thickness
             ),
+            pairs=() if touch is None else tuple(contact_report.pairs(touch, model.nodes)),
             cell_midpoints=api.gather_rows(model.comm, model.midpoints),
             energy_density=api.gather_rows(model.comm, energies.density),
             unknowns=equilibrium.unknowns,
