@@ -162,7 +162,8 @@ class ShellModel(Model):
     presenter = "compare.pages.shell:PRESENTER"
     reads = (
         keys.STRIP | keys.SHAPED | keys.CROSS_CURVED | keys.WEIGHT | keys.TIP | keys.BOTH_CLAMPS - keys.RULINGS
-        | keys.CLOSED | keys.HALF_TURNS | keys.WALLS | keys.OBSTACLES | keys.SEED - keys.RULINGS | keys.PATH | keys.SHELL
+        | keys.CLOSED | keys.HALF_TURNS | keys.WALLS | keys.OBSTACLES | keys.CONTACT
+        | keys.SEED - keys.RULINGS | keys.PATH | keys.SHELL
     )  # fmt: skip
     without_effect = keys.because(
         keys.UNSURE,
@@ -486,7 +487,8 @@ def _number(value: Any) -> float | None:
 
 
 def _beyond_walls(data: Mapping[str, Any]) -> dict[str, float]:
-    """How far the shell reaches beyond a wall or into an obstacle, over l, between nodes too, where there are some."""
+    """How far the shell reaches beyond a wall, into an obstacle or through itself, over l, between nodes too, where it
+    may touch one of these."""
     contact = data.get("contact")
     return {} if contact is None else {"penetration_between": float(contact["penetration"])}
 

@@ -122,6 +122,7 @@ def shell_problem(
             half_turns=None if scene.closure is None else scene.closure.turned,
             walls=shell_walls(scene),
             obstacles=shell_obstacles(scene),
+            apart=scene.apart,
             contact=shell.contact,
         )
         _check_goal(shell, problem)
@@ -258,6 +259,8 @@ def shell_words(scene: Scene) -> str:
         met = "the middle surface meets" if shell.contact == "midsurface" else "both faces meet"
         met = f"{met} the {' and '.join(kinds)}"
         words.insert(1, f"{met}, without friction")
+    if scene.apart is not None:
+        words.insert(1, f"parts of its middle surface keep {scene.apart:g} l apart")
     bent = any(law.values(scene.curvature))
     try:
         problem = shell_problem(scene, require_shell(scene)[0])
@@ -403,6 +406,7 @@ def _followed(scene: Scene) -> tuple[Scene, ...]:
             ("clamp.end", shell_holds.holds(stage)[1] != shell_holds.holds(scene)[1]),
             ("tip", not _along(stage.tip_force, scene.tip_force)),
             ("wall.normal", not np.array_equal(stage.wall_normals, scene.wall_normals)),
+            ("contact", stage.apart != scene.apart),
             ("obstacle", _shapes(stage) != _shapes(scene)),
             ("wall.stiffness", [w.stiffness for w in stage.walls] != [w.stiffness for w in scene.walls]),
         ):

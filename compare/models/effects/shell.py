@@ -30,7 +30,7 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
         off: dict[str, Any] = weightless(scene) if key == "gravity" else {key: None}
         if scene.path:
             off["path"] = stages_without(scene.path, (key,)) or None
-        costs = {"clamp.end": "a clamp of its path", "wall": ON_WALLS, "obstacle": ON_WALLS}
+        costs = {"clamp.end": "a clamp of its path", "wall": ON_WALLS, "obstacle": ON_WALLS, "contact": ON_WALLS}
         return Effect(name, costs.get(key, "a load of its path"), True, why, off)
 
     return (
@@ -54,6 +54,10 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
         either("contact", bool(scene.walls), "[[wall]]" if scene.walls else "no [[wall]]", "wall"),
         either(
             "obstacles", bool(scene.obstacles), "[[obstacle]]" if scene.obstacles else "no [[obstacle]]", "obstacle"
+        ),
+        either(
+            "contact with itself", scene.apart is not None, "contact.itself" if scene.apart else "no [contact]",
+            "contact",
         ),
         either("clamp at the end", scene.clamp_end is not None, "[clamp.end]", "clamp.end"),
     )
