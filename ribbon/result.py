@@ -368,6 +368,7 @@ class Equilibrium:
     @property
     def numbers(self) -> dict[str, FloatArray]:
         """What is told of the state, by name: "forces.start", "forces.end" and "forces.walls.0" (3,) in D w / l^2,
+        "forces.itself" (3,), what its parts at larger s exert on those at smaller s where they touch,
         "lines.0.n" (2 n,), the ends of the n lines along which it touches a wall, in l,
         "moments.start" and "moments.end" (3,) and "energy.elastic", "energy.gravity", "energy.tip", "energy.plates",
         "energy.total" in D w / l, "lowest_eigenvalue", "max_abs_eta", "max_abs_eta_prime_w_half"; of a free twist
@@ -380,6 +381,8 @@ class Equilibrium:
                 found |= {f"forces.{name}": held.force, f"moments.{name}": held.moment}
         found |= {f"forces.walls.{k}": wall.force for k, wall in enumerate(self.walls)}
         found |= {f"lines.{k}.{len(wall.lines)}": wall.lines.ravel() for k, wall in enumerate(self.walls)}
+        if self.pairs:
+            found["forces.itself"] = sum(np.sign(pair.s_other - pair.s) * pair.force for pair in self.pairs)
         found["lowest_eigenvalue"] = self.lowest_eigenvalue
         if self.has_free_twist:
             found["max_abs_tau"] = np.abs(self.problem.joint_values(self.x)[1]).max()

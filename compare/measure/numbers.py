@@ -3,6 +3,7 @@
 Numbers go by dotted names, as in `result.json`: "forces.start", "forces.walls.0" (D w / l^2), "moments.end" (D w / l),
 "energy.elastic" (D w / l), "lowest_eigenvalue", "max_abs_eta". Of a force or moment (3,) the error is one number, in
 the Euclidean norm. "moments.walls.0" (about the origin) and "gaps.walls.0" (l) are there of models that tell them.
+"forces.itself" is what parts of the strip that keep apart exert on each other.
 "lines.0.2" (4,) are the ends (l) of the two lines along which the strip touches wall 0: on elements
 on which it touches in more or fewer lines that is another number, and there is no error.
 """
@@ -35,6 +36,7 @@ def numbers_of(state: Any) -> dict[str, FloatArray]:
     for name in ("moment", "gap"):  # of models that tell them
         found |= {f"{name}s.walls.{k}": wall.get(name) for k, wall in enumerate(state.supports.walls)}
     found |= {f"lines.{k}.{len(wall['lines'])}": wall["lines"].ravel() for k, wall in enumerate(state.supports.walls)}
+    found["forces.itself"] = state.supports.itself
     if state.energy is not None:
         found |= {f"energy.{name}": getattr(state.energy, name) for name in ENERGIES}
     found["lowest_eigenvalue"] = state.lowest_eigenvalue
@@ -69,10 +71,12 @@ def nested(flat: Mapping[str, float | None]) -> dict[str, Any]:
     lines = [name for name in flat if name.startswith("lines.")]
     of_walls = {kind: [flat.get(f"{kind}.walls.{name[13:]}") for name in walls] for kind in ("moments", "gaps")
                 if f"{kind}.walls.0" in flat}  # fmt: skip
+    itself = {"itself": flat["forces.itself"]} if "forces.itself" in flat else {}
     moments = {"walls": of_walls.pop("moments")} if "moments" in of_walls else {}
     gaps = {"gaps": {"walls": of_walls["gaps"]}} if "gaps" in of_walls else {}
     return {
-        "forces": {**{end: flat.get(f"forces.{end}") for end in ("start", "end")}, "walls": [flat[w] for w in walls]},
+        "forces": {**{end: flat.get(f"forces.{end}") for end in ("start", "end")}, "walls": [flat[w] for w in walls],
+                   **itself},
         "moments": {**{end: flat.get(f"moments.{end}") for end in ("start", "end")}, **moments},
         **gaps,
         "energy": {name[7:]: error for name, error in flat.items() if name.startswith("energy.")},

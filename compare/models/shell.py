@@ -35,6 +35,7 @@ from compare.models.base import (
     Status,
     Supports,
     Variant,
+    between_parts,
     check_keys,
     natural_constant,
     on_strip,
@@ -502,7 +503,10 @@ def _supports(scene: Scene, data: Mapping[str, Any]) -> Supports:
 
     found = data.get("walls") or ()
     walls = tuple(_wall(scene, number, wall) for number, wall in enumerate(found))
-    return Supports(force("start"), force("end"), walls)
+    pairs = ((pair["s"], pair["s_other"], pair["force"]) for pair in data.get("pairs") or ())
+    return Supports(
+        force("start"), force("end"), walls, None if scene.apart is None else between_parts(pairs)
+    )
 
 
 def _wall(scene: Scene, number: int, found: Mapping[str, Any]) -> dict[str, Any]:

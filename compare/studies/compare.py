@@ -242,6 +242,7 @@ def _row(
         shell_forces=_held(state, "force"),
         shell_moments=_held(state, "moment"),
         shell_walls=_walls(state),
+        shell_contacts=_contacts(state),
         seconds=Times(fast.seconds.warm, None if math.isnan(seconds) else seconds),
         elements=mesh,  # type: ignore[arg-type]
         newton_iterations=state.iterations,
@@ -277,6 +278,16 @@ def _walls(state: State) -> tuple[dict[str, Any], ...]:
             entry |= {kind: wall[kind], f"{kind}_error": known[k] if k < len(known) else None}
         found.append(entry)
     return tuple(found)
+
+
+def _contacts(state: State) -> dict[str, Any] | None:
+    """What parts of a shell exert on each other; None: they are not kept apart."""
+    force = state.supports.itself
+    if force is None:
+        return None
+    pairs = list(state.native.data.get("pairs") or ())
+    error = (state.errors.get("forces") or {}).get("itself")
+    return {"force": force.tolist(), "force_error": error, "count": len(pairs), "pairs": pairs}
 
 
 def _pose(state: State, at: float) -> dict[str, Any] | None:

@@ -13,9 +13,11 @@ from compare.page.pair import Row
 from compare.page.table import Cell, Column, Table
 
 FORCE = "D w / l^2"
+#: Where parts of the strip push each other: what those at larger s exert on the others.
+ITSELF = "itself"
 TITLE = "Forces, side by side"
 COLUMNS = (
-    Column("support", "support", kind="word", legend="what exerts it on the strip: an end that is held, or a wall"),
+    Column("support", "support", kind="word", legend="what exerts it on the strip: an end that is held, a wall, or its own parts at larger s on the others"),
     Column("model", "model", kind="word", legend="the line model, or the shell of a w/h"),
     *(Column(f"force_{axis}", f"force {axis}", FORCE, "digits:6") for axis in "xyz"),
     Column("force_error", "force error", FORCE, "exponent:1", legend="what the discretisation leaves open of it"),
@@ -40,6 +42,8 @@ def _of_line(fast: State) -> Iterator[tuple[Cell, ...]]:
         if held is not None:
             yield _row(f"clamp {name}", fast.model, held.force, errors.get(name))
     yield from _walls(fast.model, fast.supports.walls, errors.get("walls") or ())
+    if fast.supports.itself is not None:
+        yield _row(ITSELF, fast.model, fast.supports.itself, errors.get("itself"))
 
 
 def _of_shell(row: Row) -> Iterator[tuple[Cell, ...]]:
@@ -52,6 +56,8 @@ def _of_shell(row: Row) -> Iterator[tuple[Cell, ...]]:
         if force is not None:
             yield _row(f"clamp {name}", label, force, errors.get(name))
     yield from _walls(label, row.shell_walls, errors.get("walls") or ())
+    if row.shell_contacts is not None:
+        yield _row(ITSELF, label, row.shell_contacts["force"], row.shell_contacts["force_error"])
 
 
 def _walls(
