@@ -42,6 +42,8 @@ STIFFER = (1e4, 1e6, 1e8)
 PATIENCE, MANY = 2, 4
 #: Part of what is behind soft walls that may still change when they are made stiffer; iterations with them, at most.
 FEW, MOST_SOFT = 0.1, 40
+#: Part of the deepest gap below zero from which places of something curved come to push at once.
+NEARLY = 0.9
 #: Part of the hardest pull from which places are let go, where all at once went round in a circle.
 HARD = 0.3
 #: Push over the largest one below which a place that touches does so weakly (strict complementarity fails there).
@@ -215,7 +217,7 @@ class Contact:
     def update(self, gaps: np.ndarray) -> int:
         """The active set after a step that leads to these gaps (m,); how many places changed."""
         size = max(1.0, float(np.max(np.abs(self.pushes), initial=0.0)))
-        through = ~self.active & (gaps < -THROUGH)
+        through = self._deepest(~self.active & (gaps < -THROUGH), gaps)
         pulls = self.active & (self.pushes < -PULLS * size)
         changed = through | pulls
         if self._hardness:
@@ -238,6 +240,16 @@ class Contact:
         changed = self.active ^ before
         self.pushes[~self.active] = 0.0
         return int(changed.sum()) + lost
+
+    def _deepest(self, through: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+        """Of the places that go through (m,) all of walls, and of everything curved those nearly as deep as the deepest:
+        where something touches at a point, many places at once would be held as on a plate."""
+        curved = through & (self.rows.walls >= len(self.path.normals))
+        if not curved.any():
+            return through
+        deepest = np.zeros(len(self.springs))
+        np.minimum.at(deepest, self.rows.walls[curved], gaps[curved])
+        return through & (~curved | (gaps <= NEARLY * deepest[self.rows.walls]))
 
     def _while_soft(self, gaps: np.ndarray) -> int:
         """The set where walls are soft: what is behind them; stiffer ones when that has settled."""

@@ -117,6 +117,13 @@ class Obstacle:
         turn = math.radians(180.0 - self.angle)
         return np.array([normal, math.cos(turn) * normal + math.sin(turn) * third])
 
+    @property
+    def heart(self) -> float | None:
+        """Depth (l) at which what goes on comes out on the other side; None: there is no other side."""
+        if self.inside or self.kind == EDGE:
+            return None
+        return 0.5 * self.radius if self.size is None else 0.25 * min(self.size)
+
     def parts(self) -> list[GapFunction]:
         """The gap functions, all of which a place must keep from: one, or those of a room's planes."""
         if self.inside and self.kind in (BOX, EDGE):

@@ -28,6 +28,8 @@ from shellref.contact.walls import FACES, Standing, WallPath
 
 #: Part of a row that is left on the free increments, below which supports hold its node in the wall's direction.
 HELD = 1e-9
+#: Places on the way of a node at which bodies are looked for.
+STOPS = 17
 #: Parts of one thing that a node may touch.
 MOST_PARTS = 4096
 
@@ -208,6 +210,7 @@ class BodyRows(NodeRows):
     functions: tuple[GapFunction, ...]
     toward: np.ndarray
     bends: np.ndarray
+    centres: np.ndarray
 
     @classmethod
     def of(cls, path: WallPath, places: np.ndarray, thickness: float) -> BodyRows:
@@ -220,6 +223,7 @@ class BodyRows(NodeRows):
         return cls(
             np.tile(places, len(kinds)), walls.astype(int), side.astype(float), 0.5 * thickness, path,
             parts.astype(int), tuple(part for _, part in functions), np.zeros((m, 3)), np.zeros((m, 3, 3)),
+            np.array([body.point for body in path.bodies]),
         )  # fmt: skip
 
     def chosen(self, mask: np.ndarray) -> BodyRows:
@@ -235,7 +239,19 @@ class BodyRows(NodeRows):
     def at(self, state: np.ndarray, standing: Standing) -> tuple[BodyRows, None]:
         """The same places with their derivatives at a state."""
         _, toward, bends = self._seen(state, standing)
-        return replace(self, toward=toward, bends=bends), None
+        return replace(self, toward=toward, bends=bends, centres=standing.centres), None
+
+    def passed(self, before: np.ndarray, after: np.ndarray) -> bool:
+        """Whether a place went through a body from one state (n, 6) to the next, each straight on: from its outside to
+        its outside, within its `Obstacle.heart` on the way."""
+        ways = before[:, :3] + np.linspace(0.0, 1.0, STOPS)[:, None, None] * (after - before)[:, :3]
+        for body, centre in zip(self.path.bodies, self.centres, strict=True):
+            if body.heart is None:
+                continue
+            gaps = body.gaps(ways.reshape(-1, 3), centre).reshape(STOPS, -1)
+            if np.any((gaps.min(axis=0) < -body.heart) & (np.minimum(gaps[0], gaps[-1]) > -0.5 * body.heart)):
+                return True
+        return False
 
     def _seen(self, state: np.ndarray, standing: Standing) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         points = self.points(state) - standing.centres[self.walls - len(self.path.normals)]
@@ -306,7 +322,7 @@ class Touching:
         return new, np.concatenate(before)
 
     def passed(self, before: np.ndarray, after: np.ndarray) -> bool:
-        """Whether parts of the strip went through each other from one state (n, 6) to the next."""
+        """Whether the strip went through a body, or parts of it through each other, from one state (n, 6) to the next."""
         return any(block.passed(before, after) for block in self.blocks if hasattr(block, "passed"))
 
     def crossing(self, state: np.ndarray) -> tuple[float, float] | None:

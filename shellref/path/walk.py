@@ -269,7 +269,7 @@ class Walker:
         e, here = self.equilibrium, walk.point.state
         moved, foreseen = e.largest(attempt.state - here), e.largest(begin.state - here)
         if e.contact is not None and e.contact.rows.passed(here, attempt.state):
-            attempt.converged, attempt.reason = False, "parts of it went through each other"
+            attempt.converged, attempt.reason = False, "it went through an obstacle or through itself"
         elif not attempt.changes and jumped(moved, foreseen, begin.order):  # no rate knows of a wall before it is met
             attempt.converged = False
             attempt.reason = f"it moved by {moved:.2g} where {foreseen:.2g} was foreseen: another branch"
