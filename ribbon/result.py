@@ -372,6 +372,7 @@ class Equilibrium:
     @property
     def numbers(self) -> dict[str, FloatArray]:
         """What is told of the state, by name: "forces.start", "forces.end" and "forces.walls.0" (3,) in D w / l^2,
+        "forces.itself" (3,), what its parts at larger s exert on those at smaller s where they touch,
         "lines.0.n" (2 n,), the ends of the n lines along which it touches a wall, in l, "mean_pressures.walls.0" in
         D / l^3,
         "moments.start" and "moments.end" (3,) and "energy.elastic", "energy.gravity", "energy.tip", "energy.plates",
@@ -388,6 +389,8 @@ class Equilibrium:
         found |= {f"lines.{k}.{len(wall.lines)}": wall.lines.ravel() for k, wall in enumerate(self.walls)}
         pressures = {f"mean_pressures.walls.{k}": wall.mean_pressure for k, wall in enumerate(self.walls)}
         found |= {name: value for name, value in pressures.items() if value is not None}
+        if self.pairs:
+            found["forces.itself"] = sum(np.sign(pair.s_other - pair.s) * pair.force for pair in self.pairs)
         found["lowest_eigenvalue"] = self.lowest_eigenvalue
         if self.has_free_twist:
             found["max_abs_tau"] = np.abs(self.problem.joint_values(self.x)[1]).max()

@@ -4,6 +4,7 @@ Numbers go by dotted names, as in `result.json`: "forces.start", "forces.walls.0
 "energy.elastic" (D w / l), "lowest_eigenvalue", "max_abs_eta". Of a force or moment (3,) the error is one number, in
 the Euclidean norm. "moments.walls.0" (about the origin), "gaps.walls.0" (l), "mean_pressures.walls.0" and
 "greatest_pressures.walls.0" (D / l^3) are there of models that tell them.
+"forces.itself" is what parts of the strip that keep apart exert on each other.
 "lines.0.2" (4,) are the ends (l) of the two lines along which the strip touches wall 0: on elements
 on which it touches in more or fewer lines that is another number, and there is no error. "friction.0" (3,) is the friction of wall 0 (D w / l^2), where it rubs.
 """
@@ -38,6 +39,7 @@ def numbers_of(state: Any) -> dict[str, FloatArray]:
     for name in OF_WALLS:
         found |= {f"{name}s.walls.{k}": wall.get(name) for k, wall in enumerate(state.supports.walls)}
     found |= {f"lines.{k}.{len(wall['lines'])}": wall["lines"].ravel() for k, wall in enumerate(state.supports.walls)}
+    found["forces.itself"] = state.supports.itself
     if state.energy is not None:
         found |= {f"energy.{name}": getattr(state.energy, name) for name in ENERGIES}
     found["lowest_eigenvalue"] = state.lowest_eigenvalue
@@ -74,8 +76,10 @@ def nested(flat: Mapping[str, float | None]) -> dict[str, Any]:
     of_walls = {kind: {"walls": [flat.get(f"{kind}.walls.{name[13:]}") for name in walls]} for kind in kinds}
     moments = of_walls.pop("moments", {})
     rubbed = {name[9:]: error for name, error in flat.items() if name.startswith("friction.")}
+    itself = {"itself": flat["forces.itself"]} if "forces.itself" in flat else {}
     return {
-        "forces": {**{end: flat.get(f"forces.{end}") for end in ("start", "end")}, "walls": [flat[w] for w in walls]},
+        "forces": {**{end: flat.get(f"forces.{end}") for end in ("start", "end")}, "walls": [flat[w] for w in walls],
+                   **itself},
         "moments": {**{end: flat.get(f"moments.{end}") for end in ("start", "end")}, **moments},
         **of_walls,
         "energy": {name[7:]: error for name, error in flat.items() if name.startswith("energy.")},

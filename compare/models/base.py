@@ -6,7 +6,7 @@ units of l, energies in D w / l, forces in D w / l^2, moments in D w / l, curvat
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -115,11 +115,21 @@ class Force:
 @dataclass(frozen=True)
 class Supports:
     """What holds the strip exerts on it: at both ends (None: nothing held, or the model does not say), and every
-    wall's entry of result.json."""
+    wall's entry of result.json. itself (3,): the sum of the forces of its parts at larger s on those at smaller s; None:
+    they are not kept apart."""
 
     start: Force | None = None
     end: Force | None = None
     walls: tuple[Mapping[str, Any], ...] = ()
+    itself: FloatArray | None = None
+
+
+def between_parts(pairs: Iterable[tuple[float, float, Any]]) -> FloatArray:
+    """`Supports.itself` of pairs of places: s, s_other and the force (3,) on the first."""
+    total = np.zeros(3)
+    for s, other, force in pairs:
+        total += np.sign(other - s) * np.asarray(force, dtype=float)
+    return total
 
 
 @dataclass(frozen=True)

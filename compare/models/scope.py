@@ -45,6 +45,8 @@ def beyond_the_shell(scene: SceneData) -> tuple[str, str] | None:
     """The first section that the shell cannot do, and what it cannot; None: there is none."""
     if scene.strip.second_moment is not None:
         return "strip.second_moment", "makes the strip a rod, and the shell is a strip of section w x h"
+    if scene.round_rod:
+        return "contact.section", 'is "round", and the shell touches itself with its surface: use "strip"'
     beyond = _of_rods(scene)
     if beyond is not None:
         return beyond[0], f"is given, and the shell {beyond[1]}"

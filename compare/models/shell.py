@@ -35,6 +35,7 @@ from compare.models.base import (
     Status,
     Supports,
     Variant,
+    between_parts,
     check_keys,
     natural_constant,
     on_strip,
@@ -162,7 +163,8 @@ class ShellModel(Model):
     presenter = "compare.pages.shell:PRESENTER"
     reads = (
         keys.STRIP | keys.SHAPED | keys.CROSS_CURVED | keys.WEIGHT | keys.TIP | keys.BOTH_CLAMPS - keys.RULINGS
-        | keys.CLOSED | keys.HALF_TURNS | keys.WALLS | keys.SEED - keys.RULINGS | keys.PATH | keys.SHELL
+        | keys.CLOSED | keys.HALF_TURNS | keys.WALLS | keys.OBSTACLES | keys.CONTACT
+        | keys.SEED - keys.RULINGS | keys.PATH | keys.SHELL
     )  # fmt: skip
     without_effect = keys.because(
         keys.UNSURE,
@@ -282,11 +284,17 @@ class ShellModel(Model):
         return branch_start(scene_at, self.solve(first, options=Options(error=False), say=say))
 
     def barriers(self, scene: Scene, state: State, points: FloatArray) -> list[FloatArray]:
-        """Planes, those on springs where they have moved to."""
+        """Planes, those on springs where they have moved to, then obstacles."""
         low, high, _ = box(points)
         heights = [wall["height"] or 0.0 for wall in state.supports.walls] or [0.0] * len(scene.walls)
-        placed = zip(scene.wall_points, scene.wall_normals, heights, strict=True)
-        return [plane_net(point + height * normal, normal, low, high) for point, normal, height in placed]
+        placed = zip(scene.wall_points, scene.wall_normals, heights, strict=False)
+        planes = [plane_net(point + height * normal, normal, low, high) for point, normal, height in placed]
+        if not scene.obstacles:
+            return planes
+        from compare.models.holds.ribbon import net
+        from compare.models.ribbon.build import ribbon_walls
+
+        return planes + [net(body, points) for body in ribbon_walls(scene)[len(scene.walls) :]]
 
     def refined(self, state: State) -> State | None:
         """None: a shell is refined by its scene's mesh."""
@@ -480,7 +488,8 @@ def _number(value: Any) -> float | None:
 
 
 def _beyond_walls(data: Mapping[str, Any]) -> dict[str, float]:
-    """How far the shell reaches beyond a wall, over l, between nodes too, where there are walls."""
+    """How far the shell reaches beyond a wall, into an obstacle or through itself, over l, between nodes too, where it
+    may touch one of these."""
     contact = data.get("contact")
     return {} if contact is None else {"penetration_between": float(contact["penetration"])}
 
@@ -494,16 +503,18 @@ def _supports(scene: Scene, data: Mapping[str, Any]) -> Supports:
 
     found = data.get("walls") or ()
     walls = tuple(_wall(scene, number, wall) for number, wall in enumerate(found))
-    return Supports(force("start"), force("end"), walls)
+    pairs = ((pair["s"], pair["s_other"], pair["force"]) for pair in data.get("pairs") or ())
+    return Supports(
+        force("start"), force("end"), walls, None if scene.apart is None else between_parts(pairs)
+    )
 
 
 def _wall(scene: Scene, number: int, found: Mapping[str, Any]) -> dict[str, Any]:
-    """What a wall exerts, as a ribbon's is told, with its moment about the origin, the nearest node's gap, and the
-    pressures (D / l^3)."""
-    name = scene.walls[number].name
+    """What a wall or an obstacle exerts, as a ribbon's is told, with its moment about the origin, the nearest node's gap,
+    and the pressures (D / l^3)."""
     contacts = np.asarray(found["contacts"], dtype=float).reshape(-1, 2)
     return {
-        "name": str(number) if name is None else name,
+        "name": scene.barrier_names[number],
         "force": np.asarray(found["force"], dtype=float),
         "moment": np.asarray(found["moment"], dtype=float),
         "gap": found["gap"],

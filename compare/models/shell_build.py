@@ -21,6 +21,7 @@ from compare.scene.scene import Scene
 from compare.scene.spec import ClampSpec, ShellSpec
 from compare.scene.stages import stage_name
 from ribbonbench.errors import BadInput
+from shellref.contact.obstacles import Obstacle
 from shellref.contact.walls import Wall
 from shellref.inputs import ShellInputError, Vector
 from shellref.path.begin import coarse_meshes
@@ -125,6 +126,8 @@ def shell_problem(
             start_curvature=curvature,
             half_turns=None if scene.closure is None else scene.closure.turned,
             walls=shell_walls(scene),
+            obstacles=shell_obstacles(scene),
+            apart=scene.apart,
             contact=shell.contact,
             shear_factor=shell.shear_factor,
         )
@@ -143,6 +146,26 @@ def shell_walls(scene: Scene) -> tuple[Wall, ...]:
 def wall_points(scene: Scene) -> tuple[Vector, ...]:
     """A point of every wall, in units of l."""
     return tuple(tuple(point) for point in scene.wall_points.tolist())
+
+
+def shell_obstacles(scene: Scene) -> tuple[Obstacle, ...]:
+    """The obstacles, lengths in l."""
+
+    def plain(given: FloatArray | None) -> Vector | None:
+        return None if given is None else tuple(given.tolist())  # type: ignore[return-value]
+
+    return tuple(
+        Obstacle(
+            body.kind, tuple(body.point.tolist()), float(body.radius), plain(body.axis), plain(body.normal),
+            plain(body.size), float(body.angle), body.inside,
+        )
+        for body in scene.bodies
+    )  # fmt: skip
+
+
+def obstacle_points(scene: Scene) -> tuple[Vector, ...]:
+    """The point of every obstacle, in units of l."""
+    return tuple(body.point for body in shell_obstacles(scene))
 
 
 def end_poses(scene: Scene, curvature: float | None) -> tuple[Pose, Pose | None]:
@@ -235,10 +258,14 @@ def shell_words(scene: Scene) -> str:
     mesh = " x ".join(map(str, shell_elements(scene))) + " elements"
     if shell.tolerance is not None:
         mesh += f" at first, refined to {shell.tolerance:g} {REQUESTED[shell.goal]}"
-    words = [_holds(scene, what), mesh]
-    if scene.walls:
-        met = "the middle surface meets the walls" if shell.contact == "midsurface" else "both faces meet the walls"
+    words = [_holds(scene, what, where), mesh]
+    if scene.barriers:
+        kinds = [name for name, given in (("walls", scene.walls), ("obstacles", scene.obstacles)) if given]
+        met = "the middle surface meets" if shell.contact == "midsurface" else "both faces meet"
+        met = f"{met} the {' and '.join(kinds)}"
         words.insert(1, f"{met}, without friction")
+    if scene.apart is not None:
+        words.insert(1, f"parts of its middle surface keep {scene.apart:g} l apart")
     bent = any(law.values(scene.curvature))
     try:
         problem = shell_problem(scene, require_shell(scene)[0])
@@ -261,7 +288,7 @@ def shell_words(scene: Scene) -> str:
         names += [] if problem.path or not bent or begin in ("its natural shape", "its shape at rest") else ["natural"]
         names += ["gravity"] if problem.loaded else []
         names += ["tip"] if problem.pulled else []
-        names += ["walls"] if any(stage.walls for stage in problem.path) else []
+        names += ["walls"] if any(stage.walls or stage.obstacles for stage in problem.path) else []
         path = f"its path goes from {begin}" + (f" over {', '.join(names)}" if names else "")
     start = shell.start
     if start in ("auto", "ribbon"):
@@ -385,6 +412,8 @@ def _followed(scene: Scene) -> tuple[Scene, ...]:
             ("clamp.end", shell_holds.holds(stage)[1] != shell_holds.holds(scene)[1]),
             ("tip", not _along(stage.tip_force, scene.tip_force)),
             ("wall.normal", not np.array_equal(stage.wall_normals, scene.wall_normals)),
+            ("contact", stage.apart != scene.apart),
+            ("obstacle", _shapes(stage) != _shapes(scene)),
             ("wall.stiffness", [w.stiffness for w in stage.walls] != [w.stiffness for w in scene.walls]),
         ):
             if differs:
@@ -398,7 +427,7 @@ def _followed(scene: Scene) -> tuple[Scene, ...]:
 def _cannot_follow(number: int, key: str) -> BadInput:
     return BadInput(
         stage_name(number, key), None, "is not what the shell's path can change: poses of the clamps, places of the "
-        "walls, fractions of the scene's own weight, of its own force at the tip, its natural curvature",
+        "walls and obstacles, fractions of the scene's own weight, of its own force at the tip, its natural curvature",
         "leave the stage out (--set path=[])",
     )  # fmt: skip
 
@@ -410,7 +439,13 @@ def _waypoint(stage: Scene, scene: Scene, begin: law.Law, name: str) -> Waypoint
     tip = float(stage.tip_force @ scene.tip_force) / size if size else None
     walls = wall_points(stage) if scene.walls else None
     start = None if scene.clamp_start is None else start_pose(stage)
-    return Waypoint(_fraction(stage, scene, begin), gravity, start, end_pose(stage), name, tip, walls)
+    obstacles = obstacle_points(stage) if scene.obstacles else None
+    return Waypoint(_fraction(stage, scene, begin), gravity, start, end_pose(stage), name, tip, walls, obstacles)
+
+
+def _shapes(scene: Scene) -> list[Obstacle]:
+    """The obstacles without their places."""
+    return [dataclasses.replace(body, point=(0.0, 0.0, 0.0)) for body in shell_obstacles(scene)]
 
 
 def _along(force: FloatArray, whole: FloatArray) -> bool:

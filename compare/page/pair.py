@@ -9,7 +9,7 @@ from typing import Any
 from compare.measure.align import Alignment
 from compare.models.base import Energy
 from compare.models.same_state import Counterpart
-from compare.record.quantity import DATA, Part, Quantity
+from compare.record.quantity import ABSENT, DATA, Part, Quantity
 
 FORCE, MOMENT, ENERGY = "D w / l^2", "moment", "D w / l"
 
@@ -36,8 +36,10 @@ class Row:
     was found; counterpart: where the model beside comes to rest from the shell's shape, where that is another state
     than its own; shell_errors: of the shell's forces, moments, energies and lowest eigenvalue (`State.errors`);
     shell_walls: what each wall
-    exerts on the shell, force, moment about the origin, gap, mean and greatest pressure, each with its error (None: not
-    known); `claimed` is of one
+    exerts on the shell, force, moment about the origin, gap, mean and greatest pressure, each with its
+    error (None: not known); shell_contacts: where
+    parts of the shell push each other (None: they are not kept apart): the force of those at larger S on the others with
+    its error, the number of pairs, and the pairs; `claimed` is of one
     state only; laid: how the ribbon was moved before distances were taken, where nothing resists
     that; warm: the ribbon's time is of repeated solves, with all loaded, as the shell's always is without its imports
     and compilation; searched: it holds a search for segments.
@@ -66,6 +68,7 @@ class Row:
     shell_forces: Mapping[str, Any] = field(default_factory=dict)
     shell_moments: Mapping[str, Any] = field(default_factory=dict)
     shell_walls: tuple[Mapping[str, Any], ...] = ()
+    shell_contacts: Mapping[str, Any] | None = None
     shell_errors: Mapping[str, Any] = field(default_factory=dict)
     elastica: float | None = None
     start: str = "path"
@@ -137,6 +140,7 @@ PAIR: tuple[Quantity[Row], ...] = (
     Quantity("shell_forces", unit=FORCE, kind=DATA, of=lambda r: r.shell_forces),
     Quantity("shell_moments", unit=MOMENT, kind=DATA, of=lambda r: r.shell_moments),
     Quantity("shell_walls", kind=DATA, of=lambda r: list(r.shell_walls)),
+    Quantity("shell_contacts", kind=DATA, of=lambda r: ABSENT if r.shell_contacts is None else dict(r.shell_contacts)),
     Quantity("seconds.ribbon", "ribbon s", "s", "seconds:2", name="seconds_ribbon", note="a warm solve",
              of=lambda r: r.seconds.ribbon),
     Quantity("seconds.shell", "shell s", "s", "seconds:3", 4, name="seconds_shell", note="a solve, compilation apart",

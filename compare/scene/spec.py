@@ -378,7 +378,7 @@ class ContactSpec:
 
     itself: bool = key(
         Kind.TRUTH, "whether parts of the strip that face each other are kept apart", example="true", default=False,
-        newer=True, note="ribbon and elastica"
+        newer=True, note="ribbon, elastica and shell"
     )
     distance: float | None = key(
         Kind.NUMBER, "distance that they keep, middle surface from middle surface", LENGTH, "0 < distance < length / 2",

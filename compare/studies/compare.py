@@ -254,6 +254,7 @@ def _row(
         shell_forces=_held(state, "force"),
         shell_moments=_held(state, "moment"),
         shell_walls=_walls(state),
+        shell_contacts=_contacts(state),
         seconds=Times(fast.seconds.warm, None if math.isnan(seconds) else seconds),
         elements=mesh,  # type: ignore[arg-type]
         newton_iterations=state.iterations,
@@ -291,6 +292,16 @@ def _walls(state: State) -> tuple[dict[str, Any], ...]:
         entry |= {"mean_pressure_why": NO_LENGTH} if wall["mean_pressure"] is None else {}
         found.append(entry)
     return tuple(found)
+
+
+def _contacts(state: State) -> dict[str, Any] | None:
+    """What parts of a shell exert on each other; None: they are not kept apart."""
+    force = state.supports.itself
+    if force is None:
+        return None
+    pairs = list(state.native.data.get("pairs") or ())
+    error = (state.errors.get("forces") or {}).get("itself")
+    return {"force": force.tolist(), "force_error": error, "count": len(pairs), "pairs": pairs}
 
 
 def _pose(state: State, at: float) -> dict[str, Any] | None:

@@ -46,8 +46,8 @@ def opened(problem: ShellProblem) -> ShellProblem:
         for own, least, most in zip(problem.elements, LEAST, MOST, strict=True)
     )
     return dataclasses.replace(
-        problem, half_turns=None, clamp="edge", end=ends[-1], gamma=0.0, walls=(), elements=(along, across),
-        grading=(1.0, problem.grading[1]),
+        problem, half_turns=None, clamp="edge", end=ends[-1], gamma=0.0, walls=(), obstacles=(), apart=None,
+        elements=(along, across), grading=(1.0, problem.grading[1]),
         path=(Waypoint(natural=1.0, name="natural"), *(Waypoint(end=end, name="turn") for end in ends[1:])),
     )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Which places of a shell push on their walls: a primal-dual active set within Newton's iteration. NumPy and SciPy.
+"""Which places of a shell push on what they touch: a primal-dual active set within Newton's iteration. NumPy, SciPy.
 
 At an equilibrium, with r = dE/du, gaps g and pushes lambda of all places (docs/theory.md, eq. (7.26)),
 
@@ -27,8 +27,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from shellref.contact.rows import Rows, independent, movable
+from shellref.contact.rows import HELD, Touching, independent, lengths
 from shellref.contact.saddle import Saddle
+from shellref.contact.walls import Standing, WallPath
 
 #: Gap (over l) below which a place touches where nothing is known of it yet; and where walls alone carry the strip and
 #: nothing touches so, the same above the lowest place.
@@ -41,6 +42,8 @@ STIFFER = (1e4, 1e6, 1e8)
 PATIENCE, MANY = 2, 4
 #: Part of what is behind soft walls that may still change when they are made stiffer; iterations with them, at most.
 FEW, MOST_SOFT = 0.1, 40
+#: Part of the deepest gap below zero from which places of something curved come to push at once.
+NEARLY = 0.9
 #: Part of the hardest pull from which places are let go, where all at once went round in a circle.
 HARD = 0.3
 #: Push over the largest one below which a place that touches does so weakly (strict complementarity fails there).
@@ -54,6 +57,7 @@ ACROSS = 0.1
 class Snapshot(NamedTuple):
     """What a contact is at a state."""
 
+    rows: Touching
     active: np.ndarray
     pushes: np.ndarray
     heights: np.ndarray
@@ -71,9 +75,11 @@ class Judged:
     weakly: int
 
 
-def other_faces(rows: Rows) -> tuple[np.ndarray, np.ndarray]:
+def other_faces(rows: Touching) -> tuple[np.ndarray, np.ndarray]:
     """Numbers (p,) of the rows of upper faces, and (p,) of the lower face of the same node and wall."""
-    key = rows.walls.astype(np.int64) * (int(rows.nodes.max(initial=0)) + 1) + rows.nodes
+    if not rows.sides.any():
+        return np.zeros(0, dtype=int), np.zeros(0, dtype=int)
+    key = rows.keys
     upper, lower = np.flatnonzero(rows.sides > 0.0), np.flatnonzero(rows.sides < 0.0)
     _, a, b = np.intersect1d(key[upper], key[lower], assume_unique=True, return_indices=True)
     return upper[a], lower[b]
@@ -83,44 +89,64 @@ class Contact:
     """Rows of a shell with the active ones, their pushes (m,) in D w / l^2 and the ways (walls,) of plates in l."""
 
     def __init__(
-        self, rows: Rows, comm: Any, unknowns: int, own: int, projection: Any, areas: np.ndarray, carries: bool
-    ):
-        """own: the first unknowns, each of a node of its own; projection: P (6 n, unknowns); areas (n,): of nodes;
-        carries: nothing but walls holds the strip along some of their normals."""
-        self._n = projection.shape[0] // 6
-        where = movable(rows, projection)
-        self.rows = Rows(rows.nodes[where], rows.walls[where], rows.sides[where], rows.lever, rows.path)
-        self._areas = areas[self.rows.nodes]
-        self._others = other_faces(self.rows)
+        self, path: WallPath, rows: Touching, comm: Any, unknowns: int, own: int, nodes: int, areas: np.ndarray,
+        carries: bool,
+    ):  # fmt: skip
+        """own: the first unknowns, each of a node of its own; areas (nodes,): of nodes; carries: nothing but walls
+        holds the strip along some of their normals."""
+        self.path, self._n, self._area = path, nodes, areas
         self._own, self._carries = own, carries
         self.saddle = Saddle(comm, unknowns)
-        count, m = len(rows.path.normals), len(self.rows)
-        self.springs = np.array([0.0 if c is None else c for c in rows.path.stiffness])
+        self.springs = path.springs
         self._plates = np.flatnonzero(self.springs)
-        self.active, self.pushes, self.heights = np.zeros(m, dtype=bool), np.zeros(m), np.zeros(count)
+        m = len(rows)
+        self.active, self.pushes, self.heights = np.zeros(m, dtype=bool), np.zeros(m), np.zeros(len(self.springs))
         self._known = False
         self._held = np.zeros(0, dtype=int)  # numbers of the rows of the factors last made
         self._seen: set[bytes] = set()
         self._care = self._tries = self._hardness = 0
         self._may_soften = True
+        self._lost = 0
+        self._put(rows)
+
+    def _put(self, rows: Touching) -> None:
+        self.rows = rows
+        self._areas, self._others = self._area[rows.nodes], other_faces(rows)
+
+    def see(self, state: np.ndarray, standing: Standing) -> None:
+        """Gradients, and of parts of the strip the places, at a state (n, 6): what pushed and is still there does."""
+        rows, before = self.rows.at(state, standing)
+        if rows is self.rows:
+            return
+        if before is None:
+            self.rows = rows
+            return
+        known = before >= 0
+        self._lost += int(self.active.sum()) - int(self.active[before[known]].sum())
+        self.active = np.where(known, self.active[before], False) if len(self.active) else np.zeros(len(rows), bool)
+        self.pushes = np.where(known, self.pushes[before], 0.0) if len(self.pushes) else np.zeros(len(rows))
+        self._put(rows)
 
     def snapshot(self) -> Snapshot:
         """To come back to."""
-        return Snapshot(self.active.copy(), self.pushes.copy(), self.heights.copy(), self._known)
+        return Snapshot(self.rows, self.active.copy(), self.pushes.copy(), self.heights.copy(), self._known)
 
     def restore(self, of: Snapshot) -> None:
         """Back to a snapshot."""
+        self._put(of.rows)
         self.active, self.pushes, self.heights = of.active.copy(), of.pushes.copy(), of.heights.copy()
         self._known = of.known
 
-    def begin(self, state: np.ndarray, offsets: np.ndarray) -> None:
+    def begin(self, state: np.ndarray, standing: Standing) -> None:
         """A new iteration at a state (n, 6): the active set of the last one, or of what touches."""
+        self.see(state, standing)
+        self._lost = 0
         self._seen = set()
         self._care = self._tries = self._hardness = 0
         self._may_soften = True
         if self._known:
             return
-        gaps = self.rows.gaps(state, offsets, self.heights)
+        gaps = self.rows.gaps(state, standing, self.heights)
         self.active = gaps <= TOUCHES
         if self._carries and len(gaps):
             least = np.array([np.min(gaps[self.rows.walls == k], initial=np.inf) for k in range(len(self.springs))])
@@ -131,8 +157,12 @@ class Contact:
         self._known = True
 
     def forces(self) -> np.ndarray:
-        """(n, 6): what the walls exert on the nodes."""
+        """(n, 6): what is exerted on the nodes."""
         return self.rows.forces(self.pushes, self._n)
+
+    def curvature(self) -> Any:
+        """(6 n, 6 n) second derivatives of the gaps times the pushes, scipy.sparse; None: there are none."""
+        return self.rows.curvature(self.pushes, self._n)
 
     @property
     def energy(self) -> float:
@@ -146,6 +176,8 @@ class Contact:
         """
         held = np.flatnonzero(self.active)
         rows = (self.rows.matrix(held, self._n) @ projection).tocsr()
+        moved = lengths(rows) > HELD
+        held, rows = held[moved], rows[moved]
         if self._own < rows.shape[1] and len(held):
             keep = independent(rows, self._own)
             held, rows = held[keep], rows[keep]
@@ -160,7 +192,10 @@ class Contact:
         if self._hardness:
             pressure = max(1.0, float(np.max(self.pushes / self._areas, initial=0.0)))
             give = 1.0 / (pressure * STIFFER[self._hardness - 1] * self._areas[held])
-        self.saddle.factor(tangent, rows, self.springs[self._plates], on, give)
+        bend = self.curvature()
+        if bend is not None:
+            bend = -(projection.T @ bend @ projection)
+        self.saddle.factor(tangent, rows, self.springs[self._plates], on, give, bend)
 
     def solve(self, right: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """du (unknowns,) with K du + ... = right and b . du = rates (m,) at the active places, with the last factors:
@@ -182,28 +217,39 @@ class Contact:
     def update(self, gaps: np.ndarray) -> int:
         """The active set after a step that leads to these gaps (m,); how many places changed."""
         size = max(1.0, float(np.max(np.abs(self.pushes), initial=0.0)))
-        through = ~self.active & (gaps < -THROUGH)
+        through = self._deepest(~self.active & (gaps < -THROUGH), gaps)
         pulls = self.active & (self.pushes < -PULLS * size)
         changed = through | pulls
         if self._hardness:
             return self._while_soft(gaps)
+        lost, self._lost = self._lost, 0
         if not changed.any():
-            return 0
+            return lost
         self._tries += 1
         if self._tries > PATIENCE and np.sum(changed) > MANY and self._may_soften:
             self._hardness, self._may_soften = 1, False
         changed = self._careful(through, pulls, gaps)
-        key = np.packbits(self.active ^ changed).tobytes()
+        key = np.sort(self.rows.labels[self.active ^ changed]).tobytes()
         if key in self._seen and self._care < 2:
             self._care, self._seen = self._care + 1, set()
             changed = self._careful(through, pulls, gaps)
-            key = np.packbits(self.active ^ changed).tobytes()
+            key = np.sort(self.rows.labels[self.active ^ changed]).tobytes()
         self._seen.add(key)
         before = self.active.copy()
         self.active = self._one_face(self.active ^ changed, gaps)
         changed = self.active ^ before
         self.pushes[~self.active] = 0.0
-        return int(changed.sum())
+        return int(changed.sum()) + lost
+
+    def _deepest(self, through: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+        """Of the places that go through (m,) all of walls, and of everything curved those nearly as deep as the deepest:
+        where something touches at a point, many places at once would be held as on a plate."""
+        curved = through & (self.rows.walls >= len(self.path.normals))
+        if not curved.any():
+            return through
+        deepest = np.zeros(len(self.springs))
+        np.minimum.at(deepest, self.rows.walls[curved], gaps[curved])
+        return through & (~curved | (gaps <= NEARLY * deepest[self.rows.walls]))
 
     def _while_soft(self, gaps: np.ndarray) -> int:
         """The set where walls are soft: what is behind them; stiffer ones when that has settled."""
@@ -236,9 +282,9 @@ class Contact:
         one[int(np.argmin(np.where(some, gaps if through.any() else self.pushes, np.inf)))] = True
         return one
 
-    def judged(self, state: np.ndarray, offsets: np.ndarray) -> Judged:
+    def judged(self, state: np.ndarray, standing: Standing) -> Judged:
         """How well a state (n, 6) with the present pushes fulfils the conditions, at every place."""
-        gaps = self.rows.gaps(state, offsets, self.heights)
+        gaps = self.rows.gaps(state, standing, self.heights)
         most = float(np.max(self.pushes, initial=0.0))
         size = max(most, 1e-300)
         return Judged(

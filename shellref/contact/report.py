@@ -1,4 +1,4 @@
-"""What walls exert, and how well a state keeps the conditions of contact, between its nodes too. NumPy only."""
+"""What walls and bodies exert, and how well a state keeps the conditions of contact, between its nodes too. NumPy only."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from shellref.contact.active import Contact
+from shellref.contact.pairs import PairRows
+from shellref.contact.walls import Standing
 
 #: Points of an element, each way, at which the surface is looked at between its nodes.
 BETWEEN = 8
@@ -42,39 +44,46 @@ class Surface(Protocol):
         ...
 
 
-def sampled(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and directors (n, 3) at `BETWEEN` steps of every element each way, its nodes among them where its
-    degree divides that."""
+def material(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """S and v, each ascending, of `BETWEEN` steps of every element each way, its nodes among them where its degree
+    divides that."""
 
     def fine(ends: np.ndarray) -> np.ndarray:
         steps = np.arange(BETWEEN) / BETWEEN
         return np.append((ends[:-1, None] + np.diff(ends)[:, None] * steps).ravel(), ends[-1])
 
-    s, v = fine(surface.s_nodes[:: surface.degree]), fine(surface.v_nodes[:: surface.degree])
+    return fine(surface.s_nodes[:: surface.degree]), fine(surface.v_nodes[:: surface.degree])
+
+
+def sampled(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and directors (n, 3) at `material`."""
+    s, v = material(surface)
     return surface.grid(s, v).reshape(-1, 3), surface.director(s[:, None], v[None, :]).reshape(-1, 3)
 
 
 def walls(
-    contact: Contact, state: np.ndarray, offsets: np.ndarray, nodes: np.ndarray, areas: np.ndarray
+    contact: Contact, state: np.ndarray, standing: Standing, nodes: np.ndarray, areas: np.ndarray
 ) -> Iterator[dict[str, Any]]:
-    """Of each wall what `ShellResult.walls` says; state (n, 6), offsets (walls,), nodes (n, 2) in material coordinates,
-    areas (n,) of the nodes over the width.
+    """Of each wall, then of each body, what `ShellResult.walls` says; state (n, 6), nodes (n, 2) in material
+    coordinates, areas (n,) of the nodes over the width.
 
     The moment is exact for the discrete balance: a face's push acts at the face.
     """
-    rows, pushes = contact.rows, contact.pushes
-    gaps, points = rows.gaps(state, offsets, contact.heights), rows.points(state)
-    for k, normal in enumerate(rows.path.normals):
+    contact.see(state, standing)
+    rows, pushes, path = contact.rows, contact.pushes, contact.path
+    gaps, points, normals = rows.gaps(state, standing, contact.heights), rows.points(state), rows.normals
+    stiffness = (*path.stiffness, *(None,) * len(path.bodies))
+    for k, spring in enumerate(stiffness):
         own = rows.walls == k
         at = np.flatnonzero(own & contact.active)
-        force, pressure = pushes[at, None] * normal, pushes[at] / areas[rows.nodes[at]]
+        force, pressure = pushes[at, None] * normals[at], pushes[at] / areas[rows.nodes[at]]
         touched = lines(nodes[:, 0], nodes[rows.nodes[at], 0])
         length = float(np.sum(touched[:, 1] - touched[:, 0]))
         yield {
             "force": force.sum(axis=0),
             "moment": np.cross(points[at], force).sum(axis=0),
             "gap": float(np.min(gaps[own], initial=np.inf)) if own.any() else None,
-            "height": None if rows.path.stiffness[k] is None else float(contact.heights[k]),
+            "height": None if spring is None else float(contact.heights[k]),
             "contacts": nodes[rows.nodes[at]],
             "lines": touched,
             "points": points[at],
@@ -83,6 +92,39 @@ def walls(
             "greatest_pressure": float(np.max(pressure, initial=0.0)),
             "mean_pressure": float(pushes[at].sum()) / length if length > 0.0 else None,
         }
+
+
+def pairs(contact: Contact, nodes: np.ndarray) -> list[dict[str, Any]]:
+    """Where parts of the strip push each other, at the state last seen, what `ShellResult.pairs` says; nodes (n, 2) in
+    material coordinates."""
+    found = []
+    first = 0
+    for block in contact.rows.blocks:
+        here = slice(first, first + len(block.nodes))
+        first += len(block.nodes)
+        if not isinstance(block, PairRows):
+            continue
+        s, v = block.sheet.material(block.found.feet)
+        force = contact.pushes[here, None] * block.normals
+        for k in np.flatnonzero(contact.active[here]):
+            own = nodes[block.nodes[k]]
+            found.append(
+                {"s": float(own[0]), "v": float(own[1]), "s_other": float(s[k]), "v_other": float(v[k]),
+                 "force": force[k], "gap": float(abs(block.found.feet.z[k]))}
+            )  # fmt: skip
+    return found
+
+
+def _too_near(contact: Contact, state: np.ndarray, surface: Surface) -> float:
+    """By how much (l) parts of the strip are nearer than they may be, between its nodes too, at the state last seen."""
+    least = 0.0
+    for block in contact.rows.blocks:
+        if isinstance(block, PairRows):
+            s, v = material(surface)
+            at, along = np.meshgrid(s, v, indexing="ij")
+            points = surface.grid(s, v).reshape(-1, 3)
+            least = min(least, block.least(state, points, at.ravel(), along.ravel()))
+    return -least
 
 
 def lines(everywhere: np.ndarray, touched: np.ndarray) -> np.ndarray:
@@ -95,23 +137,28 @@ def lines(everywhere: np.ndarray, touched: np.ndarray) -> np.ndarray:
 
 
 def contact(
-    contact: Contact, state: np.ndarray, offsets: np.ndarray, between: tuple[np.ndarray, np.ndarray], thickness: float
+    contact: Contact, state: np.ndarray, standing: Standing, surface: Surface, thickness: float
 ) -> dict[str, Any]:
     """{"surface", "through": deepest of the places behind its wall (l), "pull" and "product": largest pull and largest
     |lambda g| over the largest push, "weakly": places that touch and hardly push, "penetration": the deepest behind a
-    wall anywhere (l), 0 where nothing is}; between: positions and directors (n, 3) of the surface, see `sampled`.
+    wall, within a body or nearer to another part than may be, anywhere (l), 0 where nothing is}; surface: of the state.
     """
-    judged = contact.judged(state, offsets)
-    path = contact.rows.path
-    points, directors = between
-    heights = (points @ path.normals.T) - offsets - contact.heights
-    if contact.rows.lever and np.any(contact.rows.sides):
-        heights = heights - 0.5 * thickness * np.abs(directors @ path.normals.T)
+    judged = contact.judged(state, standing)
+    path = contact.path
+    points, directors = sampled(surface)
+    lever = 0.5 * thickness if contact.rows.sides.any() else 0.0
+    count = len(path.normals)
+    heights = (points @ path.normals.T) - standing.offsets - contact.heights[:count]
+    heights = heights - lever * np.abs(directors @ path.normals.T)
+    least = float(np.min(heights, initial=0.0))
+    for body, centre in zip(path.bodies, standing.centres, strict=True):
+        for side in (1.0, -1.0) if lever else (0.0,):
+            least = min(least, float(body.gaps(points + side * lever * directors, centre).min()))
     return {
         "surface": path.surface,
         "through": judged.through,
         "pull": judged.pull,
         "product": judged.product,
         "weakly": judged.weakly,
-        "penetration": float(max(0.0, -np.min(heights))),
+        "penetration": max(0.0, -least, _too_near(contact, state, surface)),
     }

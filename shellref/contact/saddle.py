@@ -33,15 +33,17 @@ class Saddle:
         self._pattern: tuple[np.ndarray, np.ndarray] | None = None
         self._rows = self._plates = 0
 
-    def factor(self, tangent: Any, rows: Any, springs: np.ndarray, on_plates: Any, give: np.ndarray) -> None:
+    def factor(
+        self, tangent: Any, rows: Any, springs: np.ndarray, on_plates: Any, give: np.ndarray, bend: Any = None
+    ) -> None:
         """Factorise. tangent: K (PETSc); rows (m, unknowns), on_plates (m, plates) scipy.sparse; springs (plates,);
-        give (m,): 1 / stiffness of soft walls, 0 of rigid ones.
+        give (m,): 1 / stiffness of soft walls, 0 of rigid ones; bend (unknowns, unknowns): what gaps add to K.
 
         Raises petsc_api.FactorisationFailed.
         """
         self.matrix = tangent
         self._rows, self._plates = rows.shape[0], len(springs)
-        matrix = petsc.to_scipy(tangent)
+        matrix = petsc.to_scipy(tangent) if bend is None else petsc.to_scipy(tangent) + bend
         if self._plates:
             matrix = bmat([[matrix, None], [None, diags(springs)]], format="csr")
             rows = bmat([[rows, -on_plates]], format="csr")

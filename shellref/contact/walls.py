@@ -1,15 +1,17 @@
-"""What a shell may touch: planes, rigid or pressure plates on springs, and how they move along its path. NumPy only."""
+"""What a shell may touch: planes, rigid or pressure plates on springs, bodies (shellref.contact.obstacles), and itself;
+and how they move along its path. NumPy only."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shellref.contact.obstacles import Obstacle
 from shellref.inputs import FRAME_TOLERANCE, ShellInputError, Vector, build, numbers, positive
 
 #: What of the strip meets a wall: its middle surface, as a ribbon does, or both faces, at h / 2 along the director.
@@ -57,29 +59,52 @@ class Wall:
         return float(np.dot(self.point, self.normal))
 
 
+class Standing(NamedTuple):
+    """Where everything stands: <point, normal> (walls,) of the walls, points (bodies, 3) of the bodies."""
+
+    offsets: np.ndarray
+    centres: np.ndarray
+
+
 @dataclass(frozen=True)
 class WallPath:
-    """Walls along a path: normals (k, 3), stiffnesses (k,) (None: rigid), offsets (m, k), <point, normal> at every
-    place 0, 1, ... of `Control.move`; between them they move on straight, and straight on beyond the ends of a leg.
+    """What may be touched, along a path: normals (k, 3), stiffnesses (k,) (None: rigid), offsets (m, k), <point,
+    normal>, of walls, bodies and their points (m, bodies, 3), at every place 0, 1, ... of `Control.move`; between them
+    they move on straight, and straight on beyond the ends of a leg.
 
-    surface: what of the strip meets them (`SURFACES`).
+    surface: what of the strip meets them (`SURFACES`). apart: distance (l) that parts of the strip keep from each
+    other; None: they do not know of each other.
     """
 
     normals: np.ndarray
     stiffness: tuple[float | None, ...]
     offsets: np.ndarray
     surface: str
+    bodies: tuple[Obstacle, ...] = ()
+    centres: np.ndarray | None = None
+    apart: float | None = None
 
-    def at(self, move: float, leg: int) -> np.ndarray:
-        """Offsets (k,)."""
-        return np.asarray(self.offsets[self._leg(leg)] + (move - self._leg(leg)) * self.rate(leg))
+    @property
+    def springs(self) -> np.ndarray:
+        """Of walls, bodies and, where parts keep apart, the strip itself: stiffness, 0 of what is rigid."""
+        rest = len(self.bodies) + (self.apart is not None)
+        return np.array([0.0 if c is None else c for c in (*self.stiffness, *(None,) * rest)])
 
-    def rate(self, leg: int) -> np.ndarray:
-        """d(offsets)/d(move) (k,) on a leg."""
+    def at(self, move: float, leg: int) -> Standing:
+        """Where they are."""
+        here, rate = self._leg(leg), self.rate(leg)
+        way = move - here
+        centres = np.zeros((0, 3)) if self.centres is None else self.centres[here]
+        return Standing(self.offsets[here] + way * rate.offsets, centres + way * rate.centres)
+
+    def rate(self, leg: int) -> Standing:
+        """d(at)/d(move) on a leg."""
         here = self._leg(leg)
+        none = Standing(np.zeros(self.offsets.shape[1]), np.zeros((len(self.bodies), 3)))
         if len(self.offsets) < 2:
-            return np.zeros(self.offsets.shape[1])
-        return np.asarray(self.offsets[here + 1] - self.offsets[here])
+            return none
+        moved = none.centres if self.centres is None else self.centres[here + 1] - self.centres[here]
+        return Standing(self.offsets[here + 1] - self.offsets[here], moved)
 
     def _leg(self, leg: int) -> int:
         return int(np.clip(leg, 0, max(len(self.offsets) - 2, 0)))

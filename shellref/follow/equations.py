@@ -44,8 +44,8 @@ def refused(problem: ShellProblem) -> str | None:
     """Why a strip's equations are not known here; None: they are."""
     if problem.closed:
         return "is closed: its motion along itself would have to be taken out"
-    if problem.walls:
-        return "touches walls: which places do is not part of its unknowns"
+    if problem.touches:
+        return "touches something: which places do is not part of its unknowns"
     if problem.partly_held or problem.guided or problem.turns or any(s is not None for s in problem.slide):
         return "has ends of which a part is held: their edges have unknowns of their own"
     if problem.transverse_curvature or "free" in problem.sections:

@@ -16,7 +16,7 @@ Arc length (Riks 1979, doi:10.1016/0020-7683(79)90081-7): the load t is one more
 plane through the predictor (u*, t*) normal to the tangent (v, r):  <v, u - u*> + r (t - t*) = 0, where <a, b> is the
 mean over the surface of the product of positions (docs/theory.md, eq. (7.11)). Two solves with the same factors.
 
-Walls (shellref.contact): active places stay on them in every linear solve, whose tangent is that on the increments that
+Walls and the like (shellref.contact): active places stay on them in every linear solve, whose tangent is that on the increments that
 keep them there, and its inertia too; the active set changes between steps, and must have settled at the end.
 """
 
@@ -29,7 +29,8 @@ from typing import Any
 import numpy as np
 
 from shellref.contact.active import Contact
-from shellref.contact.rows import Rows
+from shellref.contact.touching import touching
+from shellref.contact.walls import Standing
 from shellref.fenics import dolfinx_api as api
 from shellref.fenics import petsc_api as petsc
 from shellref.path.linear import Linear, linear_system
@@ -123,7 +124,7 @@ class Equilibrium:
         self.contact = self._contact()
 
     def _contact(self) -> Contact | None:
-        """What may touch the body's walls; None: there are none."""
+        """What may touch something; None: there is nothing to touch."""
         path, held = self.model.body.walls, self.supports
         if path is None:
             return None
@@ -135,13 +136,14 @@ class Equilibrium:
             if flat:  # a straight edge is before a plane where its corners are
                 across = self.model.nodes[edge.nodes, 1]
                 places[edge.nodes] = (across == across.min()) | (across == across.max())
-        rows = Rows.of(path, np.flatnonzero(places), self.model.body.thickness)
         bases = self._bases(self.model.reference)
         own = self.unknowns - sum(edge.unknowns for edge in held.edges)
         floating = np.zeros_like(held.translations) if held.floating is None else held.floating
         carries = not held.edges and not np.any(held.translations & ~floating)
-        projection, areas = self._projection(bases), self.model.nodal_areas
-        return Contact(rows, self.model.comm, self.unknowns, own, projection, areas, carries)
+        rows = touching(self.model, path, places, self._projection(bases), held.tie)
+        return Contact(
+            path, rows, self.model.comm, self.unknowns, own, len(places), self.model.nodal_areas, carries
+        )
 
     def _projection(self, bases: Bases) -> Any:
         """P (6 nodes, unknowns), scipy.sparse; one process."""
@@ -150,8 +152,8 @@ class Equilibrium:
         indptr, indices, values = self.increments.projection(bases)
         return csr_matrix((values, indices, indptr), shape=(len(indptr) - 1, self.unknowns))
 
-    def wall_offsets(self) -> np.ndarray:
-        """Where the walls are (walls,) at the model's control."""
+    def standing(self) -> Standing:
+        """Where what may be touched is at the model's control."""
         assert self.model.body.walls is not None
         control = self.model.control
         return self.model.body.walls.at(control.move, int(control.leg))
@@ -239,11 +241,14 @@ class Equilibrium:
 
     def reduced_residual(self, state: np.ndarray) -> np.ndarray:
         """P^T (dE/du - what the walls exert) on the free increments (unknowns of this process,)."""
-        return self.increments.reduce(self.less_walls(self.model.residual(state)), self._bases(state))
+        return self.increments.reduce(self.less_walls(self.model.residual(state), state), self._bases(state))
 
-    def less_walls(self, force: np.ndarray) -> np.ndarray:
-        """Nodal forces (n, 6) without what the walls exert, which balances them at active places."""
-        return force if self.contact is None else force - self.contact.forces()
+    def less_walls(self, force: np.ndarray, state: np.ndarray) -> np.ndarray:
+        """Nodal forces (n, 6) at a state (n, 6) without what is exerted at active places, which balances them."""
+        if self.contact is None:
+            return force
+        self.contact.see(state, self.standing())
+        return force - self.contact.forces()
 
     def _bases(self, state: np.ndarray) -> Bases:
         return self.increments.bases(state, self.model.control)
@@ -274,7 +279,7 @@ class Equilibrium:
         """The reduced tangent, not factored; as `factor`. bases: other tangent vectors than usual."""
         self._found = (None, self.last_bases)
         bases = self._bases(state) if bases is None else bases
-        force = self.less_walls(force)
+        force = self.less_walls(force, state)
         diagonal = self.increments.constraint_curvature(state, force, self.model.control)
         blocks = self.increments.couplings(state, force, self.model.control)
         self.linear.assemble(state, stress, bases, diagonal + shift * self.mass, blocks)
@@ -307,12 +312,17 @@ class Equilibrium:
         contact = self.contact
         if contact is None:
             return gap - self.back(right, bases), 0
-        offsets = self.wall_offsets()
-        before = contact.rows.gaps(state, offsets, contact.heights) + contact.rows.applied(gap)
+        before = contact.rows.gaps(state, self.standing(), contact.heights) + contact.rows.applied(gap)
         reduced, moved = contact.correct(-self.increments.reduce(right, bases), before)
         step = self.expand(reduced, bases)
         ahead = before + contact.rows.applied(step) - moved[contact.rows.walls]
         return gap + step, contact.update(ahead)
+
+    def stiff(self, step: np.ndarray) -> np.ndarray:
+        """The tangent last assembled times nodal increments (nodes, 6) of what is held."""
+        found = np.asarray(self.linear.stiff(step))
+        bend = None if self.contact is None else self.contact.curvature()
+        return found if bend is None else found - (bend @ step.ravel()).reshape(step.shape)
 
     def expand(self, reduced: np.ndarray, bases: Bases) -> np.ndarray:
         """P q on all local nodes, ghosts included (nodes, 6)."""
@@ -360,7 +370,7 @@ class Equilibrium:
         negative, correction = None, np.inf
         enough = PASSING if mixed else self.options.tolerance  # a state's own stress needs it to the tolerance
         if self.contact is not None:
-            self.contact.begin(state, self.wall_offsets())
+            self.contact.begin(state, self.standing())
         iteration, changes, changed = 0, 0, 0
         while iteration < self.options.max_newton + min(changes, MOST_CHANGES):
             iteration += 1
@@ -376,7 +386,7 @@ class Equilibrium:
             negative = self.factors.inertia()[0]
             self.iterations += 1
             moving = self.largest(gap) > 0.0
-            right = residual + (self.linear.stiff(gap) if moving else 0.0)
+            right = residual + (self.stiff(gap) if moving else 0.0)
             step, changed = self.correction(state, right, gap, bases)
             changes += changed > 0
             change = 0.0
@@ -430,12 +440,12 @@ class Equilibrium:
         step = np.zeros_like(state)
         if rate.move:
             step = self._held_rate(state, stage, load)
-            force = force + self.linear.stiff(step)
+            force = force + self.stiff(step)
         if self.contact is None:
             return step - self.back(force, bases)
         assert self.model.body.walls is not None
-        moved = rate.move * self.model.body.walls.rate(int(self.model.control.leg))
-        rates = moved[self.contact.rows.walls] - self.contact.rows.applied(step)
+        moved = self.contact.rows.rates(self.model.body.walls.rate(int(self.model.control.leg)))
+        rates = rate.move * moved - self.contact.rows.applied(step)
         return step + self.expand(self.contact.solve(-self.increments.reduce(force, bases), rates), bases)
 
     def tangent_of(self, state: np.ndarray, stage: Stage, load: float) -> tuple[np.ndarray | None, int | None]:

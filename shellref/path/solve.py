@@ -43,8 +43,8 @@ def solve(
         raise ShellInputError("processes", comm.size, "edges that slide, turn or deform need one process")
     if problem.closed and comm.size > 1:
         raise ShellInputError("processes", comm.size, "a closed strip needs one process")
-    if problem.walls and comm.size > 1:
-        raise ShellInputError("processes", comm.size, "walls need one process")
+    if problem.touches and comm.size > 1:
+        raise ShellInputError("processes", comm.size, "walls, obstacles and contact with itself need one process")
     if problem.half_turns and start is None:
         remedy = "a twisted band begins at a surface: use shellref.path.begin.begun, which finds one"
         raise ShellInputError("half_turns", problem.half_turns, remedy)

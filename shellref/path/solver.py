@@ -137,7 +137,7 @@ class Solver:
             at = min(walk.stage, len(stages) - 1)
             model.set_control(stages[at].at(walk.point.load if walk.stage == at else 1.0))
         control = model.control
-        residual = equilibrium.less_walls(model.residual(state))
+        residual = equilibrium.less_walls(model.residual(state), state)
         absolute = float(np.sqrt(equilibrium.total_of(equilibrium.reduced_residual(state) ** 2)))
         floats = equilibrium.supports.motions  # of what nothing holds: reactions are no forces of supports
         held = np.where(self._clamped, residual, 0.0)
@@ -155,6 +155,10 @@ class Solver:
                 f"the stabilisation carries {energies.stabilisation / energies.elastic:.1%} of the elastic energy"
                 " (hourglass modes): use more elements, two or more across"
             )
+        crossed = None if equilibrium.contact is None else equilibrium.contact.rows.crossing(state)
+        if status not in bad and crossed is not None:
+            status = ShellStatus.INVALID
+            message = "it crosses itself at S = {:.4g} and {:.4g}: use smaller steps (max_step)".format(*crossed)
         parts = {"bending": energies.bending, "membrane": energies.membrane, "shear": energies.shear}
         elastic, stored = energies.elastic, sum(parts.values())
         clamps = self.carried(state, residual)
@@ -200,12 +204,13 @@ class Solver:
             clamps=clamps,
             walls=()
             if touch is None
-            else tuple(contact_report.walls(touch, state, equilibrium.wall_offsets(), model.nodes, model.nodal_areas)),
+            else tuple(contact_report.walls(touch, state, equilibrium.standing(), model.nodes, model.nodal_areas)),
             contact=None
             if touch is None
             else contact_report.contact(
-                touch, state, equilibrium.wall_offsets(), contact_report.sampled(surface), problem.thickness
+                touch, state, equilibrium.standing(), surface, problem.thickness
             ),
+            pairs=() if touch is None else tuple(contact_report.pairs(touch, model.nodes)),
             cell_midpoints=api.gather_rows(model.comm, model.midpoints),
             energy_density=api.gather_rows(model.comm, energies.density),
             unknowns=equilibrium.unknowns,
@@ -232,7 +237,7 @@ class Solver:
 
         residual (nodes, 6): of the state at the present control, when known.
         """
-        residual = self.equilibrium.less_walls(self.model.residual(state)) if residual is None else residual
+        residual = self.equilibrium.less_walls(self.model.residual(state), state) if residual is None else residual
         control, held = self.model.control, self._clamped.astype(float)
         origins = {edge.name: edge.point(state) for edge in self.equilibrium.supports.edges}
         fields = [self.model.on_grid(field).reshape(-1, 6) for field in (state, residual, held)]

@@ -180,7 +180,7 @@ def _descend(
     stress, state = model.no_stress() if unstressed else model.stress(state, kick), retract(state, kick)
     shift, correction = 2.0 * scale, np.inf
     if equilibrium.contact is not None:
-        equilibrium.contact.begin(state, equilibrium.wall_offsets())
+        equilibrium.contact.begin(state, equilibrium.standing())
     for iteration in range(1, max_iterations + 1):
         residual, force = model.residual(state), model.force(state, stress)
         equilibrium.iterations += 1

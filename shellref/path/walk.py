@@ -140,6 +140,13 @@ class Walker:
 
     def _begin(self, walk: Walk, load: float, failure: str, stress: Stress | None = None) -> bool:
         """Newton from the walk's state at this load of its stage: its first point. False: the walk is stopped."""
+        contact = self.equilibrium.contact
+        place = None if contact is None else contact.rows.crossing(walk.point.state)
+        if place is not None:
+            why = "the shape with which it begins crosses itself at S = {:.4g} and {:.4g}: begin with another one"
+            walk.stop(ShellStatus.NOT_CONVERGED, why.format(*place))
+            walk.point.stress = self.model.stress(walk.point.state)
+            return False
         attempt = self.equilibrium.solve(walk.point.state, stress, self._stage(walk), load)
         walk.point.stress = self.model.stress(walk.point.state)
         if attempt.converged and self._stretched(walk, "start", attempt):
@@ -261,7 +268,9 @@ class Walker:
             return 0.0
         e, here = self.equilibrium, walk.point.state
         moved, foreseen = e.largest(attempt.state - here), e.largest(begin.state - here)
-        if not attempt.changes and jumped(moved, foreseen, begin.order):  # no rate knows of a wall before it is met
+        if e.contact is not None and e.contact.rows.passed(here, attempt.state):
+            attempt.converged, attempt.reason = False, "it went through an obstacle or through itself"
+        elif not attempt.changes and jumped(moved, foreseen, begin.order):  # no rate knows of a wall before it is met
             attempt.converged = False
             attempt.reason = f"it moved by {moved:.2g} where {foreseen:.2g} was foreseen: another branch"
         return e.largest(attempt.state - begin.state)

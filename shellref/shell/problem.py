@@ -9,6 +9,8 @@ from typing import Any
 
 from ribbonbench import statics
 from shellref import law
+from shellref.contact.limits import check_contact, points_of
+from shellref.contact.obstacles import Obstacle
 from shellref.contact.walls import FACES, MIDSURFACE, SURFACES, Wall, depth
 from shellref.holds import parts
 from shellref.inputs import (
@@ -66,7 +68,8 @@ class Waypoint:
     natural, gravity, tip: fractions of the natural curvature (0: that of the start), of the weight and of the force at
     the end. start, end: poses of the clamps, reached on straight lines with frames turning about a fixed axis. Where
     waypoints move the clamp at S = 0, the path begins at the first pose that they give it. walls: points of all walls,
-    reached on straight lines; where waypoints move walls, the path begins where the first of them has them.
+    reached on straight lines; where waypoints move walls, the path begins where the first of them has them; obstacles:
+    the same of obstacles.
     """
 
     natural: float | None = None
@@ -76,6 +79,7 @@ class Waypoint:
     name: str = "path"
     tip: float | None = None
     walls: tuple[Vector, ...] | None = None
+    obstacles: tuple[Vector, ...] | None = None
 
     def __post_init__(self) -> None:
         for key in ("natural", "gravity", "tip"):
@@ -84,14 +88,15 @@ class Waypoint:
                 object.__setattr__(self, key, number(f"path.{key}", value))
         for key in ("start", "end"):
             object.__setattr__(self, key, Pose.read(f"path.{key}", getattr(self, key)))
-        if self.walls is not None:
-            object.__setattr__(self, "walls", tuple(numbers("path.walls", point, 3) for point in self.walls))
+        for key in ("walls", "obstacles"):
+            if getattr(self, key) is not None:
+                object.__setattr__(self, key, points_of(f"path.{key}", getattr(self, key)))
         if not isinstance(self.name, str):
             raise ShellInputError("path.name", self.name, "must be a text")
 
     @property
     def for_walls(self) -> bool:
-        """Whether it moves walls alone."""
+        """Whether it moves walls and obstacles alone."""
         return self.natural is self.gravity is self.start is self.end is self.tip is None
 
     @classmethod
@@ -138,6 +143,9 @@ class ShellProblem:
     walls: planes that it cannot cross (shellref.contact.walls.Wall; one process only); contact: what of it meets them,
     its "midsurface" or both "faces". A strip that nothing holds may have weight where walls carry it.
     shear_factor: k of the transverse shear stiffness k G h (docs/theory.md, eq. (7.4)); large: none.
+    obstacles: bodies that it cannot enter or leave (shellref.contact.obstacles.Obstacle; one process only), met as
+    walls are. apart: distance (over l) that parts of it which face each other keep, middle surface from middle surface
+    (shellref.contact.pairs; one process only); None: it may run through itself.
     elements: (along, across). degree: of the elements, 2 or more. grading: size of the first element at a clamp, and of
     the elements at the two long edges, over the size of the even ones in the middle, in (0, 1]; 1 is an even mesh.
     edge_layer: width of the layer (over l) that gets two elements at clamps and edges instead of `grading`; "auto":
@@ -174,6 +182,8 @@ class ShellProblem:
     natural_twist: Law = (0.0, 0.0)
     natural_geodesic_curvature: Law = (0.0, 0.0)
     shear_factor: float = SHEAR_FACTOR
+    obstacles: tuple[Obstacle, ...] = ()
+    apart: float | None = None
 
     def __post_init__(self) -> None:
         def put(name: str, value: object) -> None:
@@ -222,6 +232,7 @@ class ShellProblem:
                 "tip", self.tip, "pulls at an end that `end` holds: leave one of them out, or guide it"
             )
         self._check_walls(put)
+        check_contact(self, put)
         self._check_path(put)
         self._check_mesh(put)
         if self.half_turns is not None:
@@ -311,7 +322,7 @@ class ShellProblem:
         for key, given in (
             ("end", self.end is not None), ("tip", self.pulled), ("slide", any(x is not None for x in self.slide)),
             ("sections", "free" in self.sections and not self.partly_held),
-            ("path", any(waypoint.walls is None or not waypoint.for_walls for waypoint in self.path)),
+            ("path", any(w.walls is w.obstacles is None or not w.for_walls for w in self.path)),
         ):  # fmt: skip
             if given:
                 raise ShellInputError(key, getattr(self, key), "a closed strip has no end of its own: remove it")
@@ -373,9 +384,11 @@ class ShellProblem:
             if self.end is not None or moved or self.clamp_position != (0.0,) * 3 or self.clamp_frame != IDENTITY:
                 raise ShellInputError("clamp", "free", "a strip held nowhere has no clamps, poses or path")
         for waypoint in self.path:
-            if waypoint.walls is not None and len(waypoint.walls) != len(self.walls):
-                remedy = f"must have a point of each of the {len(self.walls)} walls"
-                raise ShellInputError("path.walls", waypoint.walls, remedy)
+            for key, given, own in (
+                ("walls", waypoint.walls, self.walls), ("obstacles", waypoint.obstacles, self.obstacles)
+            ):  # fmt: skip
+                if given is not None and len(given) != len(own):
+                    raise ShellInputError(f"path.{key}", given, f"must have a point of each of the {len(own)} {key}")
         if self.end is None:
             for waypoint in self.path:
                 if waypoint.end is not None:
@@ -444,6 +457,11 @@ class ShellProblem:
         return self.clamp == "free" and bool(self.walls)
 
     @property
+    def touches(self) -> bool:
+        """Whether there is anything that it may touch."""
+        return bool(self.walls or self.obstacles) or self.apart is not None
+
+    @property
     def released(self) -> bool:
         """True when a held edge has freedoms of its own."""
         rigid = any(part in (parts.FRAME, parts.SECTION, parts.POSITION) for part in self.holds)
@@ -453,8 +471,8 @@ class ShellProblem:
         """Why the mesh cannot be refined for this goal (shellref.path.weighted); None: it can."""
         if goal == "surface":
             return None
-        if self.walls:
-            return "is not known where walls push"
+        if self.touches:
+            return "is not known where something touches the strip"
         if self.partly_held:
             return "is not known where a part of an end is held"
         if self.released:

@@ -95,13 +95,15 @@ class ShellResult:
     load_factor, natural_factor: fractions of weight (without one: of the end's force) and natural curvature at
     this state; path_factor: of the stages.
     clamps: {"start": {"force", "moment"}, "end": ...} that each clamp exerts on the strip.
-    walls: what each wall exerts on the strip: force (3,), moment (3,) about the origin, gap (l) of the nearest place
+    walls: what each wall, then each obstacle, exerts on the strip: force (3,), moment (3,) about the origin, gap (l) of the nearest place
     (node), height (l) of a plate above its place at rest (None: rigid), places that it pushes: contacts (k, 2), their S
     and v, lines (m, 2), first and last S of what touches in one piece, points (k, 3), pushes (k,), force at each along
     the normal, pressure (k,), that over the place's area, in D / l^3 (of a line across larger on finer meshes),
     greatest_pressure of these, mean_pressure, the force over the width times the length of the lines, None where that
     is 0.
     contact: how well the conditions of contact hold (shellref.contact.report).
+    pairs: where parts of the strip push each other: s, v of the node, s_other, v_other of its foot on the other part,
+    force (3,) on the node, gap (l) between the middle surfaces.
     residual: `absolute` 2-norm of dE/du on the free unknowns (5 per node), `relative` the same over the 2-norm of the
     nodal weight and clamp reactions (at least 1); of a band that slides along itself `sliding`, the force in D w / l^2
     with which the mesh, and nothing else, resists that.
@@ -138,6 +140,7 @@ class ShellResult:
     provenance: dict[str, Any]
     walls: tuple[dict[str, Any], ...]
     contact: dict[str, Any] | None
+    pairs: tuple[dict[str, Any], ...] = ()
     discretisation: dict[str, Any] | None = None
 
     @property

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from shellref import law
+from shellref.contact.obstacles import Obstacle
 from shellref.contact.walls import FACES, Wall, WallPath, depth
 from shellref.holds import motions as free_motions
 from shellref.holds import parts
@@ -32,7 +33,7 @@ from shellref.shell.midsurface import (
     turning_angle,
 )
 from shellref.shell.options import ShellOptions
-from shellref.shell.problem import Pose, ShellProblem
+from shellref.shell.problem import Pose, ShellProblem, Waypoint
 
 LAYER_ELEMENTS = 2  # elements in an edge layer
 #: How far (l) a path's first shape may be behind a wall that then is where it is; how much farther than needed it
@@ -373,9 +374,8 @@ def _stages(
     if first is not None:  # the path moves the start: begin where it is first said to be
         at_start = [first]
         at_end = [] if problem.end is None else [rest_end(problem, first, begin)]
-    own = tuple(wall.point for wall in problem.walls)
-    out_of_the_way = _before(problem, at_start[0], begin)
-    at_walls = [next((w.walls for w in problem.path if w.walls is not None), out_of_the_way)]
+    own = tuple(one.point for one in (*problem.walls, *problem.obstacles))
+    at_walls = [_first_places(problem, _before(problem, at_start[0], begin))]
     stages: list[Stage] = []
 
     def leg(
@@ -410,37 +410,80 @@ def _stages(
         leg("natural", natural=1.0)
     for waypoint in problem.path:
         leg(waypoint.name, waypoint.natural, waypoint.gravity, waypoint.start, waypoint.end, waypoint.tip,
-            waypoint.walls)  # fmt: skip
+            _places(problem, waypoint, at_walls[-1]))  # fmt: skip
     leg("clamps", start=problem.start, end=problem.end)
     leg("natural", natural=1.0)
     last = "gravity" if not problem.pulled else "gravity and tip" if problem.loaded else "tip"
     leg(last, gravity=1.0 if problem.loaded else 0.0, tip=1.0 if problem.pulled else 0.0)
     leg("walls", walls=own)
-    walls = None
-    if problem.walls:
-        normals = np.array([wall.normal for wall in problem.walls])
-        offsets = np.einsum("mki,ki->mk", np.array(at_walls), normals)
-        walls = WallPath(normals, tuple(wall.stiffness for wall in problem.walls), offsets, problem.contact)
+    walls = _wall_path(problem, np.array(at_walls).reshape(len(at_walls), -1, 3)) if problem.touches else None
     if problem.clamp == "free":
         return None, None, walls, tuple(stages)
     return PosePath(tuple(at_start)), PosePath(tuple(at_end)) if at_end else None, walls, tuple(stages)
 
 
+def _wall_path(problem: ShellProblem, at: np.ndarray) -> WallPath:
+    """at (m, walls and obstacles, 3): their points at the knots of the path."""
+    count = len(problem.walls)
+    normals = np.array([wall.normal for wall in problem.walls]).reshape(-1, 3)
+    offsets = np.einsum("mki,ki->mk", at[:, :count], normals)
+    stiffness = tuple(wall.stiffness for wall in problem.walls)
+    return WallPath(normals, stiffness, offsets, problem.contact, problem.obstacles, at[:, count:], problem.apart)
+
+
+def _places(problem: ShellProblem, waypoint: Waypoint, now: tuple[Vector, ...]) -> tuple[Vector, ...] | None:
+    """Points of the walls and obstacles at a waypoint, where they are `now` where it does not say; None: all there."""
+    if waypoint.walls is waypoint.obstacles is None:
+        return None
+    count = len(problem.walls)
+    walls = now[:count] if waypoint.walls is None else waypoint.walls
+    return (*walls, *(now[count:] if waypoint.obstacles is None else waypoint.obstacles))
+
+
+def _first_places(problem: ShellProblem, clear: tuple[Vector, ...]) -> tuple[Vector, ...]:
+    """Points of walls and obstacles where the path begins: where the first waypoint has them that moves them."""
+    count = len(problem.walls)
+    walls = next((w.walls for w in problem.path if w.walls is not None), clear[:count])
+    return (*walls, *next((w.obstacles for w in problem.path if w.obstacles is not None), clear[count:]))
+
+
 def _before(problem: ShellProblem, pose: Pose, begin: Law) -> tuple[Vector, ...]:
-    """Points of the walls where the path begins: where they are, or as far back as leaves them clear of the shape that
-    it begins with; where walls alone carry the strip, where they are."""
-    own = tuple(wall.point for wall in problem.walls)
+    """Points of walls and obstacles where the path begins: where they are, or as far back as leaves them clear of the
+    shape that it begins with; where walls alone carry the strip, where they are."""
+    own = tuple(one.point for one in (*problem.walls, *problem.obstacles))
     if problem.rests or problem.transverse_curvature or not own:
         return own
-    s, v = (x.ravel() for x in np.meshgrid(np.linspace(0.0, 1.0, 201), 0.5 * problem.width * np.array([-1.0, 1.0])))
-    points, directors = natural_strip(s, v, np.array(pose.position), np.array(pose.frame), begin)
-    faces = np.vstack([points + side * 0.5 * problem.thickness * directors for side in (1.0, -1.0)])
+    shape = first_shape(problem, pose, begin)
     found = []
     for wall in problem.walls:
-        behind = depth(wall, faces if problem.contact == FACES else points)
+        behind = depth(wall, shape)
         back = 0.0 if behind <= BEHIND else (1.0 + CLEARANCE) * behind
         found.append(tuple(x - back * n for x, n in zip(wall.point, wall.normal, strict=True)))
+    across, normal, _ = np.array(pose.frame).T
+    found += [aside(body, shape, np.array([normal, -normal, across, -across])) for body in problem.obstacles]
     return tuple(found)  # type: ignore[arg-type]
+
+
+def first_shape(problem: ShellProblem, pose: Pose, begin: Law) -> np.ndarray:
+    """Points (n, 3) of the strip with which a path begins that starts at a pose, of its faces where these touch."""
+    s, v = (x.ravel() for x in np.meshgrid(np.linspace(0.0, 1.0, 201), 0.5 * problem.width * np.linspace(-1, 1, 5)))
+    points, directors = natural_strip(s, v, np.array(pose.position), np.array(pose.frame), begin)
+    if problem.contact != FACES:
+        return np.asarray(points)
+    return np.vstack([points + side * 0.5 * problem.thickness * directors for side in (1.0, -1.0)])
+
+
+def aside(body: Obstacle, points: np.ndarray, ways: np.ndarray) -> Vector:
+    """Where a body is clear of points (n, 3): its own point, or the nearest one along ways (k, 3); of a room, and where
+    no way leads out, its own."""
+    centre = np.array(body.point)
+    if body.inside or body.gaps(points, centre).min() >= -BEHIND:
+        return body.point
+    for back in CLEARANCE * 1.2 ** np.arange(30):
+        for way in ways:
+            if body.gaps(points, centre + back * way).min() >= 0.0:
+                return tuple((centre + (1.0 + CLEARANCE) * back * way).tolist())
+    return body.point
 
 
 def _supports(

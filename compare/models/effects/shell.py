@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 _STIFF = 1000.0
 
 
+#: What contact costs.
+ON_WALLS = "an active set, and a saddle system by MUMPS"
+
+
 def effects(scene: Scene) -> tuple[Effect, ...]:
     """The shell first, on where the scene has one; then those that can be off alone. What the stages of a path say
     about an effect goes with it."""
@@ -30,7 +34,7 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
         off: dict[str, Any] = weightless(scene) if key == "gravity" else {key: None}
         if scene.path:
             off["path"] = stages_without(scene.path, (key,)) or None
-        costs = {"clamp.end": "a clamp of its path", "wall": "an active set, and a saddle system by MUMPS"}
+        costs = {"clamp.end": "a clamp of its path", "wall": ON_WALLS, "obstacle": ON_WALLS, "contact": ON_WALLS}
         return Effect(name, costs.get(key, "a load of its path"), True, why, off)
 
     return (
@@ -52,6 +56,13 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
             "strip.transverse_curvature",
         ),
         either("contact", bool(scene.walls), "[[wall]]" if scene.walls else "no [[wall]]", "wall"),
+        either(
+            "obstacles", bool(scene.obstacles), "[[obstacle]]" if scene.obstacles else "no [[obstacle]]", "obstacle"
+        ),
+        either(
+            "contact with itself", scene.apart is not None, "contact.itself" if scene.apart else "no [contact]",
+            "contact",
+        ),
         either("clamp at the end", scene.clamp_end is not None, "[clamp.end]", "clamp.end"),
         *_own(scene),
     )

@@ -125,19 +125,25 @@ def patch(obstacle: Obstacle, points: FloatArray) -> FloatArray:
     return np.asarray((grid - gaps[:, None] * normals).reshape(ROUND, ROUND, 3))
 
 
+def net(obstacle: Obstacle, points: FloatArray) -> FloatArray:
+    """An obstacle as a grid (k, m, 3) around the strip's points (n, 3), lengths in l."""
+    extent = box(points)[2]
+    if not isinstance(obstacle, Solid) and obstacle.radius > extent:
+        return patch(obstacle, points)
+    return round_grid(obstacle, points.min(axis=0), points.max(axis=0))
+
+
 def nets(equilibrium: Equilibrium, points: FloatArray) -> list[FloatArray]:
     """Every plane and every obstacle, in the order of the solver, as a grid (k, m, 3) in l around the strip's points
     (n, 3)."""
     problem: Any = equilibrium.problem
     held = () if problem.formulation == "chained" else problem.walls
-    low, high, extent = box(points)
+    low, high, _ = box(points)
     flat = iter(walls(equilibrium))
     found = []
     for wall in _whole(held):
         if isinstance(wall, Obstacle):
-            own = wall.scaled(problem.strip.length)
-            near = not isinstance(own, Solid) and own.radius > extent
-            found.append(patch(own, points) if near else round_grid(own, points.min(axis=0), points.max(axis=0)))
+            found.append(net(wall.scaled(problem.strip.length), points))
         else:
             found.append(plane_net(*next(flat), low, high))
     return found

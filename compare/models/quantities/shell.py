@@ -38,6 +38,11 @@ def _walls(a: Answered) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
+def _pairs(a: Answered) -> list[dict[str, Any]]:
+    """Where parts of the shell push each other, as of a ribbon."""
+    return [dict(pair) for pair in a.state.native.data.get("pairs") or ()]
+
+
 def _reported(quantity: Quantity[Answered]) -> Quantity[Answered]:
     """`ABSENT` where the worker died without a report."""
     return replace(quantity, of=lambda a: ABSENT if a.state.shape is None else quantity.of(a))
@@ -62,6 +67,7 @@ _QUANTITIES: tuple[Quantity[Answered], ...] = (
         **_held(a, "force"), "walls": [wall["force"] for wall in a.state.supports.walls]}),
     Quantity("moments", unit="moment", kind=DATA, of=lambda a: _held(a, "moment")),
     Quantity("walls", kind=DATA, of=lambda a: _walls(a)),
+    Quantity("contacts", kind=DATA, of=lambda a: ABSENT if a.scene.apart is None else _pairs(a)),
     Quantity("contact", kind=DATA, of=lambda a: a.state.native.data.get("contact", ABSENT) or ABSENT),
     Quantity("load_factor", kind=DATA, of=lambda a: _report(a).load_factor),
     Quantity("path_factor", kind=DATA, of=lambda a: _report(a).path_factor),

@@ -21,6 +21,7 @@ from compare.models.base import (
     State,
     Status,
     Supports,
+    between_parts,
     natural_constant,
     on_strip,
 )
@@ -223,4 +224,7 @@ def _supports(scene: Scene | None, e: Equilibrium) -> Supports:
             for name, found in zip(scene.barrier_names, e.walls, strict=True)
         )
     start = None if e.start is None else Force(e.start.force, e.start.moment)
-    return Supports(start, None if end is None else Force(end.force, end.moment), walls)
+    itself = None
+    if scene is not None and scene.apart is not None:
+        itself = between_parts((pair.s, pair.s_other, pair.force) for pair in e.pairs)
+    return Supports(start, None if end is None else Force(end.force, end.moment), walls, itself)

@@ -13,9 +13,11 @@ from compare.page.pair import Row
 from compare.page.table import Cell, Column, Table
 
 FORCE, PRESSURE = "D w / l^2", "D / l^3"
+#: Where parts of the strip push each other: what those at larger s exert on the others.
+ITSELF = "itself"
 TITLE = "Forces, side by side"
 COLUMNS = (
-    Column("support", "support", kind="word", legend="what exerts it on the strip: an end that is held, or a wall"),
+    Column("support", "support", kind="word", legend="what exerts it on the strip: an end that is held, a wall, or its own parts at larger s on the others"),
     Column("model", "model", kind="word", legend="the line model, or the shell of a w/h"),
     *(Column(f"force_{axis}", f"force {axis}", FORCE, "digits:6") for axis in "xyz"),
     Column("force_error", "force error", FORCE, "exponent:1", legend="what the discretisation leaves open of it"),
@@ -44,6 +46,8 @@ def _of_line(fast: State) -> Iterator[tuple[Cell, ...]]:
             yield _row(f"clamp {name}", fast.model, held.force, errors.get(name))
     pressures = (fast.errors.get("mean_pressures") or {}).get("walls") or ()
     yield from _walls(fast.model, fast.supports.walls, errors.get("walls") or (), pressures)
+    if fast.supports.itself is not None:
+        yield _row(ITSELF, fast.model, fast.supports.itself, errors.get("itself"))
 
 
 def _of_shell(row: Row) -> Iterator[tuple[Cell, ...]]:
@@ -57,6 +61,8 @@ def _of_shell(row: Row) -> Iterator[tuple[Cell, ...]]:
             yield _row(f"clamp {name}", label, force, errors.get(name))
     pressures = [wall["mean_pressure_error"] for wall in row.shell_walls]
     yield from _walls(label, row.shell_walls, errors.get("walls") or (), pressures)
+    if row.shell_contacts is not None:
+        yield _row(ITSELF, label, row.shell_contacts["force"], row.shell_contacts["force_error"])
 
 
 def _walls(
