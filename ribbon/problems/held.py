@@ -26,7 +26,7 @@ from ribbon.problems.conditions import LinearRows, Rows, SeamRows, UnitRow, Wall
 from ribbon.problems.curved import motions
 from ribbon.problems.curved.rows import CurvedJointRows, CurvedTouchRows
 from ribbon.problems.fields import Fields
-from ribbon.problems.itself.pairs import Pair, PairRows
+from ribbon.problems.itself.pairs import BEYOND_ROUND, Pair, PairRows
 from ribbon.problems.layout import STRIDE, MixedLayout
 from ribbon.problems.protocol import Anchor, Counters
 from ribbon.problems.touching import Touch, TouchRows
@@ -378,9 +378,14 @@ class Held:
 
     def _pair_rows(self) -> PairRows:
         segments = np.array([[self.segment_at(s) for s in (pair.s, pair.s_other)] for pair in self.pairs]).T
+        over = None
+        if self.round:
+            over = np.full((2, self.lengths.size), BEYOND_ROUND)
+            if not self.joined:  # nothing is beyond the rod's ends
+                over[0, 0] = over[1, -1] = 0.0
         return PairRows(
             self.pairs, self.apart, segments, self.lengths, self.reach, self.exponent_limit,
-            self.fields.components, self.fields.free, self.sideways,
+            self.fields.components, self.fields.free, self.sideways, over,
         )  # fmt: skip
 
     def _wall_blocks(self) -> dict[str, Rows]:
