@@ -100,7 +100,7 @@ def anchored(problem: Problem, state: Equilibrium) -> Problem:
         kept = tuple(t for t in state.problem.touching if t.wall < len(problem.walls) and not t.slides)
         problem = problem.with_changes(touching=kept)
     if isinstance(problem, MixedProblem) and isinstance(state.problem, MixedProblem) and problem.apart:
-        problem = problem.with_changes(pairs=apart.around(problem, state.problem.pairs))
+        problem = problem.with_changes(pairs=apart.carried(problem, state.problem, state.x))
     return problem.anchored(state.problem.anchor(state.x))
 
 
@@ -153,11 +153,19 @@ def _corrected(
     problem: Problem, state: Equilibrium, before: Equilibrium | None, factor: float, how: How
 ) -> Equilibrium:
     """The next equilibrium: from the secant's prediction with multipliers, else from the last one without."""
-    how = replace(how, options={"max_iter": MOST})
+    how = replace(how, options={"max_iter": MOST, **_short_steps(problem)})
     if not problem.row_count:
         x = state.x if before is None else state.x + factor * (state.x - before.x)
         return search.from_state(problem, x, replace(how, options={"max_iter": MOST, "mu_init": 1e-6}))
-    if _same_structure(problem, state):
+    if _of_strands(problem, state):
+        assert isinstance(problem, MixedProblem)
+        assert isinstance(state.problem, MixedProblem)
+        x = state.x if before is None or before.x.size != state.x.size else state.x + factor * (state.x - before.x)
+        rows = apart.rows_of(state.problem, problem, state)
+        tried = search.from_state(problem, x, how, (rows, state.multipliers))
+        if tried.residual <= RESIDUAL_TOLERANCE:
+            return tried
+    elif _same_structure(problem, state):
         x, rows = state.x, state.rows
         if before is not None and before.x.size == x.size and before.rows.size == rows.size:
             x = x + factor * (x - before.x)
@@ -166,6 +174,26 @@ def _corrected(
         if tried.residual <= RESIDUAL_TOLERANCE:
             return tried
     return switched(problem, state, how)
+
+
+def _of_strands(problem: Problem, state: Equilibrium) -> bool:
+    """Whether a round rod's strands touch, and all but what touches is as in `state`."""
+    if not (isinstance(problem, MixedProblem) and problem.round and problem.pairs):
+        return False
+    bare, old = problem.with_changes(pairs=()), state.problem
+    return (
+        isinstance(old, MixedProblem)
+        and np.array_equal(old.lengths, problem.lengths)
+        and old.size == problem.size
+        and bare.row_count == old.with_changes(pairs=()).row_count
+        and not state.forces_why
+    )
+
+
+def _short_steps(problem: Problem) -> dict[str, Any]:
+    """Where strands of a round rod touch no step may lead past each other."""
+    touches = isinstance(problem, MixedProblem) and problem.round and problem.pairs
+    return {"travel": apart.TRAVEL * problem.apart} if touches else {}  # type: ignore[union-attr]
 
 
 def _landed(problem: Problem, state: Equilibrium, tried: Equilibrium, how: How) -> Equilibrium:

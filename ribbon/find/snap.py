@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from ribbon.find import apart
 from ribbon.find.solving.request import How, Options, Progress
 from ribbon.find.solving.verdict import judged
-from ribbon.judge import nearness
+from ribbon.judge import nearness, strands
+from ribbon.problems.itself.pairs import Pair
 from ribbon.problems.mixed import MixedProblem
 from ribbon.result import Equilibrium, Status
 from ribbon.solvers import newton_rows
@@ -44,8 +45,7 @@ def downhill(
     minimum: Minimum | None = None
     iterations = 0
     for _ in range(_LOOKS):
-        near = nearness.minima(problem, x, 2.0 * travel * _STEPS)
-        fresh = problem.with_changes(pairs=apart.around(problem, [pair for _, pair in near]))
+        fresh = problem.with_changes(pairs=_what_could_meet(problem, x, 2.0 * travel * _STEPS))
         fresh = fresh.anchored(problem.anchor(x))
         fresh.counters.add(problem.counters)
         warm = None if minimum is None else (apart.rows_of(problem, fresh, minimum), minimum.multipliers)
@@ -61,6 +61,12 @@ def downhill(
             chosen["mu_init"] = 1e-4
     assert minimum is not None
     return problem, replace(minimum, iterations=iterations)
+
+
+def _what_could_meet(problem: MixedProblem, x: FloatArray, below: float) -> tuple[Pair, ...]:
+    if problem.round:
+        return tuple(pair for _, pair in strands.places(problem, x, below))
+    return apart.around(problem, [pair for _, pair in nearness.minima(problem, x, below)])
 
 
 def landed(problem: MixedProblem, x: FloatArray, how: How) -> Equilibrium:

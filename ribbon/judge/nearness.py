@@ -40,35 +40,60 @@ _INSIDE = 0.02
 def minima(problem: MixedProblem, x: FloatArray, below: float) -> list[tuple[float, Pair]]:
     """Gaps (l) between far parts over what they are to keep (`problem.apart`), where least, as far as they are smaller
     than `below`; and between which places."""
-    s = _abscissae(problem, x)
-    r, ruling, turned, _ = shape(problem, x, s)
+    s = abscissae(problem, x)
+    here = shape(problem, x, s)
+    found, nearest = _begins(problem, s, here, below, problem.round)
+    gaps, places = _narrowed(problem, x, found, nearest)
+    return _facing_once(problem, s, here.turned, gaps, places, below)
+
+
+def least(problem: MixedProblem, x: FloatArray, below: float) -> list[tuple[float, Pair]]:
+    """As `minima`, of both places sliding, whether strands lie along each other or not."""
+    s = abscissae(problem, x)
+    here = shape(problem, x, s)
+    gaps, places = narrowed(problem, x, _begins(problem, s, here, below, False)[0])
+    return _facing_once(problem, s, here.turned, gaps, places, below)
+
+
+def _begins(
+    problem: MixedProblem, s: FloatArray, here: Shape, below: float, stays: bool
+) -> tuple[list[Pair], list[bool]]:
+    """Where rulings are nearest, and which of these are nearer than their neighbours; stays: others too, of which the
+    first place might stay."""
+    r, ruling, turned, _ = here
     reach = problem.apart + below
     length = float(np.linalg.norm(ruling, axis=1).max())
     step = float(np.diff(s).max())
     i, j = _close(r, reach + 2.0 * problem.reach * length + step)
-    far = _facing(problem, turned[i], turned[j], turned[-1])
+    far = facing(problem, turned[i], turned[j], turned[-1])
     i, j = i[far], j[far]
     if not i.size:
-        return []
+        return [], []
     distance, u, other = _between(r, ruling, i, j, problem.reach)
     near = distance < reach + step
-    least = near & _least(distance, i, j, s.size)
-    beside = np.zeros_like(least)
-    if problem.round:
-        beside = near & ~least & (i % _STATION == 0) & _least(distance, i, j, s.size, (0,))
+    lowest = near & _least(distance, i, j, s.size)
+    beside = np.zeros_like(lowest)
+    if stays:
+        beside = near & ~lowest & (i % _STATION == 0) & _least(distance, i, j, s.size, (0,))
     found: list[Pair] = []
     nearest: list[bool] = []
-    for k in np.nonzero(least | beside)[0]:
+    for k in np.nonzero(lowest | beside)[0]:
         found += _pairs(problem, s, ruling, int(i[k]), int(j[k]), float(u[k]), float(other[k]))
-        nearest += [bool(least[k])] * (len(found) - len(nearest))
-    gaps, places = _narrowed(problem, x, found, nearest)
+        nearest += [bool(lowest[k])] * (len(found) - len(nearest))
+    return found, nearest
+
+
+def _facing_once(
+    problem: MixedProblem, s: FloatArray, turned: FloatArray, gaps: FloatArray, places: list[Pair], below: float
+) -> list[tuple[float, Pair]]:
+    """The pairs nearer than `below` that face each other, the nearest first, each once."""
     kept: list[tuple[float, Pair]] = []
     for k in np.argsort(gaps, kind="stable"):
         pair = places[k]
         one, two = np.interp([pair.s, pair.s_other], s, turned)
         if (
             gaps[k] < below
-            and _facing(problem, one, two, turned[-1])
+            and facing(problem, one, two, turned[-1])
             and not any(same(problem, pair, known) for _, known in kept)
         ):
             kept.append((float(gaps[k]), pair))
@@ -162,7 +187,7 @@ def enough(problem: MixedProblem, x: FloatArray) -> int:
     return int(np.ceil((_counts(problem, x) / problem.lengths).max()))
 
 
-def _abscissae(problem: MixedProblem, x: FloatArray) -> FloatArray:
+def abscissae(problem: MixedProblem, x: FloatArray) -> FloatArray:
     """Where a shape is sampled."""
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     each = zip(starts, problem.lengths, _counts(problem, x), strict=False)
@@ -183,7 +208,7 @@ def nearest(
     i, j = _close(r, below + 2.0 * problem.reach * length)
     far = np.zeros(i.size, dtype=bool)
     for each in turned:
-        far |= _facing(problem, each[i], each[j], each[-1])
+        far |= facing(problem, each[i], each[j], each[-1])
     i, j = i[far], j[far]
     if not i.size:
         return None
@@ -204,7 +229,7 @@ def _turned(normal: FloatArray) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(turn)])
 
 
-def _facing(problem: MixedProblem, one: FloatArray, other: FloatArray, whole: float) -> NDArray[np.bool_]:
+def facing(problem: MixedProblem, one: FloatArray, other: FloatArray, whole: float) -> NDArray[np.bool_]:
     """Whether the normals turn enough for places to face each other, from `one` to `other`, of a band both ways."""
     between = np.asarray(other - one)
     facing = between > _FACING

@@ -72,9 +72,11 @@ def minimise(
         arrived = minimum.residual <= FOUND or spent()
     else:
         known = set(options or {}) <= set(newton_rows.OPTIONS)
+        by_newton = options
+        options = {key: value for key, value in (options or {}).items() if key not in newton_rows.OWN}
         if _asked.get() == "ipopt" or not isinstance(problem, MixedProblem) or not known:
             return ipopt.minimise(problem, start, options, progress, warm)
-        minimum = newton_rows.minimise(problem, start, options, progress, warm)
+        minimum = newton_rows.minimise(problem, start, by_newton, progress, warm)
         # after as many steps as it was given Ipopt, which makes the same ones, has not arrived either
         arrived = minimum.code in (newton_rows.SOLVED, newton_rows.STOPPED, newton_rows.MOST)
         arrived |= (

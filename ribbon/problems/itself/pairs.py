@@ -38,8 +38,15 @@ BoolArray = NDArray[np.bool_]
 
 #: How far (of a segment's length) a minimum may lie beyond the ends of its segment, on the element continued there.
 _BEYOND = 1e-2
+#: The same while an equilibrium of a round rod is looked for: rows stay smooth, and a place that is beyond is put on
+#: the next segment afterwards. Both elements are alike there up to (jump of the curvature's slope) (1e-2 h)^3.
+BEYOND_ROUND = 0.5
 #: Steps of the search for the nearest places, and their last one (l).
 _STEPS, _FOUND = 30, 1e-8
+#: Steps (l) below which a search is judged by its slopes.
+_CLOSE = 1e-5
+#: Turn (rad) along a segment beyond which a trial is no shape.
+_TURNS = 40.0
 #: Least eigenvalue of f_tt, over its largest, below which parts lie along each other.
 _VALLEY = 0.05
 #: Least eigenvalue of f_tt, over its largest, that tells where a minimum is.
@@ -88,7 +95,7 @@ class PairRows:
 
     pairs: where the search begins; segments (2, k): of both places; lengths: of all segments; half_width: w / (2 l);
     limit, components: of the series; free: whether the twist is; sideways: first column of the in-plane curvatures, -1
-    without.
+    without; over (2, p): how far, of its length, places go beyond start and end of a segment, None: `_BEYOND`.
     """
 
     pairs: tuple[Pair, ...]
@@ -100,6 +107,7 @@ class PairRows:
     components: int
     free: bool = False
     sideways: int = -1
+    over: FloatArray | None = None
     lower: float = 0.0
     upper: float = np.inf
     _kept: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
@@ -150,8 +158,10 @@ class PairRows:
         """Bounds (k, 4) of t."""
         own = self.lengths[self.segments.T]
         edge = np.full(self.count, self.half_width)
-        low = np.stack([-_BEYOND * own[:, 0], -edge, -_BEYOND * own[:, 1], -edge], axis=1)
-        high = np.stack([(1.0 + _BEYOND) * own[:, 0], edge, (1.0 + _BEYOND) * own[:, 1], edge], axis=1)
+        over = np.full((2, self.lengths.size), _BEYOND) if self.over is None else self.over
+        before, behind = (own * each[self.segments.T] for each in over)
+        low = np.stack([-before[:, 0], -edge, -before[:, 1], -edge], axis=1)
+        high = np.stack([own[:, 0] + behind[:, 0], edge, own[:, 1] + behind[:, 1], edge], axis=1)
         return low, high
 
     @cached_property
@@ -266,7 +276,9 @@ class PairRows:
             step = np.clip(t + _steps(slope, curved, moves, trust), low, high) - t
             last = float(np.abs(step).max(initial=0.0)) <= _FOUND  # the error behind it is its square
             tried = self._slopes(*self._both(x, t + step))
-            better = tried[0] <= f + 1e-16
+            less = np.abs(np.where(moves, tried[1], 0.0)).max(axis=1) < np.abs(np.where(moves, slope, 0.0)).max(axis=1)
+            close = np.abs(step).max(axis=1) < _CLOSE  # where f tells no difference any more its slope does
+            better = np.where(close, less, tried[0] <= f + 1e-16)
             trust = np.where(better, np.minimum(2.0 * trust, 0.1), 0.25 * np.abs(step).max(axis=1))
             t[better] += step[better]
             f, slope, curved = (
@@ -282,11 +294,21 @@ class PairRows:
         x = np.ascontiguousarray(x, dtype=float)
         key = x.tobytes()
         if self._kept.get("key") != key:
+            if self._wild(x):  # a minimiser's trial that is no shape: its series would be long
+                return {"f": np.full(self.count, np.nan)}
             t, inside = self._nearest(x)
             one, other = self._both(x, t, True)
             f, _, curved = self._slopes(one, other)
             self._kept.update(key=key, t=t, inside=inside, sides=(one, other), f=f, curved=curved)
         return self._kept
+
+    def _wild(self, x: FloatArray) -> bool:
+        """Whether a place's segment bends or twists by more than `_TURNS`, or is not finite."""
+        h = self.lengths[self.segments]
+        omega, eta, slope, other, *sideways = np.moveaxis(np.abs(x[self._columns[:, :, 7:]]), 2, 0)
+        bend, twist = omega + other, eta + slope * h
+        turn = bend + twist + sum(sideways) if self.free else bend * (1.0 + twist)
+        return not float((turn * h).max(initial=0.0)) < _TURNS
 
     def places(self, x: FloatArray) -> FloatArray:
         """(s, u, s_other, u_other) (k, 4) of the nearest places, within their segments."""
@@ -312,9 +334,17 @@ class PairRows:
             found[k] = values[0] < _VALLEY * values[-1]
         return found
 
+    def bulge(self, x: FloatArray) -> FloatArray:
+        """How the gap of two curves bends (k,) along the first, 1/l: f_ss - f_ss'^2 / f_s's', 0 where they lie along
+        each other."""
+        curved = self._at(x)["curved"][:, ::2, ::2]
+        return np.asarray(curved[:, 0, 0] - curved[:, 0, 1] ** 2 / np.maximum(curved[:, 1, 1], _FLAT))
+
     def beyond(self, x: FloatArray) -> IntArray:
         """On which side (k, 2) of its segment the nearest place would lie further: -1, 1, or 0 where it is inside."""
-        t, (low, high) = self._at(x)["t"][:, ::2], (bound[:, ::2] for bound in self._room)
+        t, own = self._at(x)["t"][:, ::2], self.lengths[self.segments.T]
+        low, high = (bound[:, ::2] for bound in self._room)
+        low, high = np.maximum(low, -_BEYOND * own), np.minimum(high, (1.0 + _BEYOND) * own)
         return (t >= high).astype(np.int64) - (t <= low).astype(np.int64)
 
     def ends(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
