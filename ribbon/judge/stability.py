@@ -167,7 +167,11 @@ def check_mixed(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, r
 
 
 def _mixed_once(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: reduction.Tangent) -> Stability:
-    second = SecondVariation(problem, x, rows, held)
+    return of_variation(SecondVariation(problem, x, rows, held), x, held)
+
+
+def of_variation(second: SecondVariation, x: FloatArray, held: reduction.Tangent) -> Stability:
+    """The verdict of a second variation at x (n,)."""
     lowest, mode = second.lowest()
     if not np.isfinite(lowest):
         return Stability(lowest, mode, x, None if np.isnan(lowest) else True, False, held.bounds)

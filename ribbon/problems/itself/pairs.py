@@ -37,7 +37,7 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 #: How far (of a segment's length) a minimum may lie beyond the ends of its segment, on the element continued there.
-_BEYOND = 1e-2
+BEYOND = 1e-2
 #: Steps of the search for the nearest places, and their last one (l).
 _STEPS, _FOUND = 30, 1e-8
 #: Least eigenvalue of f_tt, over its largest, below which parts lie along each other.
@@ -70,7 +70,7 @@ class Pair(NamedTuple):
         return self._replace(s=self.s_other, u=self.u_other, s_other=self.s, u_other=self.u)
 
 
-class _Side(NamedTuple):
+class Side(NamedTuple):
     """Of one place of each pair: position (k, 3), its derivatives by t = (h, u) (k, 3, 2), by the 7 + P unknowns
     (k, 3, n), the second ones by t (k, 3, 2, 2), by t and unknowns (k, 3, 2, n), by unknowns (k, 3, n, n)."""
 
@@ -150,8 +150,8 @@ class PairRows:
         """Bounds (k, 4) of t."""
         own = self.lengths[self.segments.T]
         edge = np.full(self.count, self.half_width)
-        low = np.stack([-_BEYOND * own[:, 0], -edge, -_BEYOND * own[:, 1], -edge], axis=1)
-        high = np.stack([(1.0 + _BEYOND) * own[:, 0], edge, (1.0 + _BEYOND) * own[:, 1], edge], axis=1)
+        low = np.stack([-BEYOND * own[:, 0], -edge, -BEYOND * own[:, 1], -edge], axis=1)
+        high = np.stack([(1.0 + BEYOND) * own[:, 0], edge, (1.0 + BEYOND) * own[:, 1], edge], axis=1)
         return low, high
 
     @cached_property
@@ -165,7 +165,7 @@ class PairRows:
 
     # -- one place ----------------------------------------------------------------------------------------------------
 
-    def _side(self, x: FloatArray, side: int, t: FloatArray, second: bool) -> _Side:
+    def _side(self, x: FloatArray, side: int, t: FloatArray, second: bool) -> Side:
         """The places of one side at t (k, 2); second: with second derivatives by the unknowns."""
         k, count = self.count, 1 + self._parameters
         q = np.empty((k, self._parameters))
@@ -207,7 +207,7 @@ class PairRows:
             one, other = np.triu_indices(self._parameters)
             xx[:, :, 7 + one, 7 + other] = np.einsum("kcr,krz->kcz", matrix, y[:, :, count:])
             xx[:, :, 7 + other, 7 + one] = xx[:, :, 7 + one, 7 + other]
-        return _Side(place, by_t, by_x, tt, tx, xx)
+        return Side(place, by_t, by_x, tt, tx, xx)
 
     def _derived(
         self, q: FloatArray, h: FloatArray, u: FloatArray, frame: FloatArray
@@ -239,10 +239,10 @@ class PairRows:
 
     # -- both of them -------------------------------------------------------------------------------------------------
 
-    def _both(self, x: FloatArray, t: FloatArray, second: bool = False) -> tuple[_Side, _Side]:
+    def _both(self, x: FloatArray, t: FloatArray, second: bool = False) -> tuple[Side, Side]:
         return self._side(x, 0, t[:, :2], second), self._side(x, 1, t[:, 2:], second)
 
-    def _slopes(self, one: _Side, other: _Side) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _slopes(self, one: Side, other: Side) -> tuple[FloatArray, FloatArray, FloatArray]:
         """f (k,), f_t (k, 4), f_tt (k, 4, 4)."""
         apart = one.place - other.place
         by_t = np.concatenate([one.by_t, -other.by_t], axis=2)
