@@ -14,6 +14,7 @@ from compare.commands.line import fed
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
+    from compare.scene.strips.scene import StripsScene
     from compare.scene.units import Units
 
 DONE, NOT_CONVERGED, BAD_INPUT, MISSING = 0, 1, 2, 3
@@ -142,6 +143,24 @@ def scene_of(options: argparse.Namespace, computes: bool = True) -> Scene:
     if computes:
         check_meant(scene)
     tell_notes(scene)
+    return scene
+
+
+def strips_of(options: argparse.Namespace) -> StripsScene | None:
+    """The scene of several strips with the assignments of --set; None where it is one of a single strip."""
+    from compare.scene.inputs.source import STDIN, text_of
+    from compare.scene.scene import parse_assignment
+    from compare.scene.strips.read import loads
+    from compare.scene.strips.scene import is_several
+
+    if options.scene == STDIN:
+        return None
+    text, source = text_of(options.scene)
+    if not is_several(text):
+        return None
+    scene = loads(text, source, dict(parse_assignment(one) for one in options.assignments))
+    for note in scene.notes():
+        print(f"ribbonbench: note: {note}", file=sys.stderr)
     return scene
 
 

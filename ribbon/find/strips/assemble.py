@@ -86,8 +86,15 @@ def assembled(
             held[0] = Clamp(ruling=held[0].ruling)
         parts.append(
             Part(
-                strip=member.strip, start=held[0], end=held[1], closure=None, walls=(), gravity=gravity, energy=energy,
-                lengths=member.lengths, **choices,  # type: ignore[arg-type]
+                strip=member.strip,
+                start=held[0],
+                end=held[1],
+                closure=None,
+                walls=(),
+                gravity=gravity,
+                energy=energy,
+                lengths=member.lengths,
+                **choices,  # type: ignore[arg-type]
             )  # fmt: skip
         )
     first = members[0]
@@ -120,7 +127,9 @@ def _check_joints(members: Sequence[Member], joints: Sequence[Joint]) -> None:
             if members[end.strip].clamp(end.joint) is not None:
                 what = f"{members[end.strip].name or end.strip}.{ENDS[end.joint]}"
                 raise RibbonInputError("joint", what, "a clamp holds this end already; remove the clamp or the joint")
-        one, other = (groups.setdefault(end, len(members) * 2 + 2 * number + k) for k, end in enumerate((joint.one, joint.other)))
+        one, other = (
+            groups.setdefault(end, len(members) * 2 + 2 * number + k) for k, end in enumerate((joint.one, joint.other))
+        )
         if one == other:
             what = f"{members[joint.other.strip].name or joint.other.strip}.{ENDS[joint.other.joint]}"
             raise RibbonInputError("joint", what, "these ends are joined already; remove one of the joints")
@@ -152,7 +161,9 @@ def _loose(members: Sequence[Member], joints: Sequence[Joint]) -> list[list[int]
     return [sorted(group) for group in _groups(members, joints) if not any(is_held(members[k]) for k in group)]
 
 
-def shapes(problem: StripsProblem, members: Sequence[Member], bend: Sequence[float] | None) -> list[tuple[FloatArray, FloatArray]]:
+def shapes(
+    problem: StripsProblem, members: Sequence[Member], bend: Sequence[float] | None
+) -> list[tuple[FloatArray, FloatArray]]:
     """omega (1/l) and eta (p + 1,) of every strip to begin with; bend: what is added to the curvature of those that
     give none."""
     found = []

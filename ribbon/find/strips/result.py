@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.element import quaternion
-from ribbon.forces import Force
 from ribbon.problems.conditions import Rows
 from ribbon.problems.strips.between import BetweenRows
 from ribbon.problems.strips.joint import End, FrameRows

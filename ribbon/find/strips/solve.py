@@ -261,9 +261,7 @@ def refined(state: StripsEquilibrium, parts: int = 2) -> StripsEquilibrium:
     """The same strips on segments cut into `parts`, begun at `state`."""
     old = state.problem
     fresh = old.with_parts([{"lengths": np.repeat(part.lengths / parts, parts)} for part in old.parts])
-    x = np.concatenate(
-        [transferred(part, old.own(state.x, k), fresh.parts[k]) for k, part in enumerate(old.parts)]
-    )
+    x = np.concatenate([transferred(part, old.own(state.x, k), fresh.parts[k]) for k, part in enumerate(old.parts)])
     return judged(*touch.kept(fresh, minimised(fresh, x, {"mu_init": 1e-5})))
 
 
@@ -271,8 +269,7 @@ def distance(one: StripsEquilibrium, other: StripsEquilibrium) -> float:
     """The largest distance (l_0) between the centrelines of two states of the same strips, at equal abscissae."""
     s = np.linspace(0.0, 1.0, _SAMPLES)
     return max(
-        float(np.linalg.norm(one.positions(k, s) - other.positions(k, s), axis=1).max())
-        for k in range(len(one.strips))
+        float(np.linalg.norm(one.positions(k, s) - other.positions(k, s), axis=1).max()) for k in range(len(one.strips))
     )
 
 

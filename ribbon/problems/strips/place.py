@@ -31,7 +31,9 @@ def placed(problem: StripsProblem, shapes: list[tuple[FloatArray, FloatArray]]) 
         x = found[known.strip]
         assert x is not None
         found[fresh.strip] = _joined(problem, joint, known, fresh, x, shapes[fresh.strip], forward)
-    whole = [part.state(*shapes[k]) if x is None else x for k, (x, part) in enumerate(zip(found, problem.parts, strict=True))]
+    whole = [
+        part.state(*shapes[k]) if x is None else x for k, (x, part) in enumerate(zip(found, problem.parts, strict=True))
+    ]
     return np.concatenate(whole)
 
 

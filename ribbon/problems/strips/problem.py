@@ -148,7 +148,9 @@ class StripsProblem:
                 found.update({f"joint_{number}_{name}": rows for name, rows in self._joint_rows(joint).items()})
             for one, other in sorted({(touch.one, touch.other) for touch in self.touching}):
                 pairs = tuple(touch.pair for touch in self.touching if (touch.one, touch.other) == (one, other))
-                found[f"touching_{one}_{other}"] = BetweenRows.between(pairs, self.apart, self._of(one), self._of(other))
+                found[f"touching_{one}_{other}"] = BetweenRows.between(
+                    pairs, self.apart, self._of(one), self._of(other)
+                )
             self._cache["blocks"] = found
         return self._cache["blocks"]  # type: ignore[no-any-return]
 
