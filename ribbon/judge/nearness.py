@@ -40,7 +40,7 @@ _INSIDE = 0.02
 def minima(problem: MixedProblem, x: FloatArray, below: float) -> list[tuple[float, Pair]]:
     """Gaps (l) between far parts over what they are to keep (`problem.apart`), where least, as far as they are smaller
     than `below`; and between which places."""
-    s = _abscissae(problem, x)
+    s = abscissae(problem, x)
     r, ruling, turned, _ = shape(problem, x, s)
     reach = problem.apart + below
     length = float(np.linalg.norm(ruling, axis=1).max())
@@ -50,12 +50,12 @@ def minima(problem: MixedProblem, x: FloatArray, below: float) -> list[tuple[flo
     i, j = i[far], j[far]
     if not i.size:
         return []
-    distance, u, other = _between(r, ruling, i, j, problem.reach)
+    distance, u, other = between_rulings(r, ruling, i, j, problem.reach)
     near = distance < reach + step
-    least = near & _least(distance, i, j, s.size)
+    least = near & is_least(distance, i, j, s.size)
     beside = np.zeros_like(least)
     if problem.round:
-        beside = near & ~least & (i % _STATION == 0) & _least(distance, i, j, s.size, (0,))
+        beside = near & ~least & (i % _STATION == 0) & is_least(distance, i, j, s.size, (0,))
     found: list[Pair] = []
     nearest: list[bool] = []
     for k in np.nonzero(least | beside)[0]:
@@ -162,7 +162,7 @@ def enough(problem: MixedProblem, x: FloatArray) -> int:
     return int(np.ceil((_counts(problem, x) / problem.lengths).max()))
 
 
-def _abscissae(problem: MixedProblem, x: FloatArray) -> FloatArray:
+def abscissae(problem: MixedProblem, x: FloatArray) -> FloatArray:
     """Where a shape is sampled."""
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     each = zip(starts, problem.lengths, _counts(problem, x), strict=False)
@@ -187,7 +187,7 @@ def nearest(
     i, j = i[far], j[far]
     if not i.size:
         return None
-    distance, _, _ = _between(r, ruling, i, j, problem.reach)
+    distance, _, _ = between_rulings(r, ruling, i, j, problem.reach)
     k = int(np.argmin(distance))
     return (float(distance[k]), int(i[k]), int(j[k])) if distance[k] < below else None
 
@@ -211,7 +211,7 @@ def _facing(problem: MixedProblem, one: FloatArray, other: FloatArray, whole: fl
     return facing & (whole - between > _FACING) if problem.joined else facing
 
 
-def _between(
+def between_rulings(
     r: FloatArray, ruling: FloatArray, i: IntArray, j: IntArray, half: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Distance (k,) of the rulings i and j, and the places u (k,) on either."""
@@ -227,7 +227,7 @@ def _between(
     return distance, u, v
 
 
-def _least(
+def is_least(
     distance: FloatArray, i: IntArray, j: IntArray, count: int, steps: tuple[int, ...] = (-1, 0, 1)
 ) -> NDArray[np.bool_]:
     """Whether a pair's distance (k,) is no greater than those of the pairs beside it, i as much apart as `steps`."""

@@ -20,6 +20,7 @@ from ribbon.find.strips.result import StripsEquilibrium
 from ribbon.judge import stability
 from ribbon.judge.reduction import metric, tangent
 from ribbon.judge.spectrum import SecondVariation
+from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity
 from ribbon.problems.strips.joint import Joint
 from ribbon.problems.strips.place import placed
@@ -65,7 +66,7 @@ def solve(
         best: StripsEquilibrium | None = None
         for bend in _bends(problem, members):
             x = placed(problem, shapes(problem, members, bend))
-            touch.check_start(problem, x, members)
+            _check_start(problem, x, members)
             state = judged(*touch.kept(*reached(problem, x)))
             if leave_saddle and state.status is Status.SADDLE:
                 state = left(state)
@@ -75,6 +76,21 @@ def solve(
                 break
         assert best is not None
         return best
+
+
+def _check_start(problem: StripsProblem, x: FloatArray, members: Sequence[Member]) -> None:
+    """Refuses strips that begin nearer to each other than they are kept, or through each other."""
+    near = touch.minima(problem, x, -touch.DEPTH) if problem.apart else []
+    if near:
+        gap, where = near[0]
+        names = [members[k].name or str(k) for k in (where.one, where.other)]
+        places = [sigma * s for sigma, s in zip((problem.lengths_over[where.one], problem.lengths_over[where.other]),
+                                                (where.pair.s, where.pair.s_other), strict=True)]  # fmt: skip
+        raise RibbonInputError(
+            "start", f"{names[0]} at s = {places[0]:.4g} l, {names[1]} at s = {places[1]:.4g} l",
+            f"these begin {gap + problem.apart:.3g} l from each other, nearer than they are kept ({problem.apart:.3g} "
+            "l): move a clamp, or give a seed.curvature from which they are clear of each other",
+        )  # fmt: skip
 
 
 def _rank(state: StripsEquilibrium) -> tuple[int, float]:
@@ -109,25 +125,30 @@ def reached(problem: StripsProblem, x: FloatArray) -> tuple[StripsProblem, Minim
     c = problem.constraints(x)
     open_rows = c[problem.joint_rows].copy()
     if misfit(problem, x) <= NEAR:
-        return problem, minimised(problem, x, {"mu_init": 1e-3})
-    done, step, spent_on = 0.0, STEP, [0, 0.0]
+        return _found(problem, x, {"mu_init": 1e-3}, None)
+    done, step, iterations, seconds = 0.0, STEP, 0, 0.0
     point: Minimum | None = None
     while done < 1.0 and step >= LEAST and not spent():
         part = min(1.0, done + step)
         near = problem.with_changes(missed=tuple(((1.0 - part) * open_rows).tolist()) if part < 1.0 else None)
         warm = None if point is None else (point.rows, point.multipliers)
-        tried = minimised(near, x if point is None else point.x, {"max_iter": 150}, warm)
-        spent_on[0] += tried.iterations
-        spent_on[1] += tried.seconds
+        reached, tried = _found(near, x if point is None else point.x, {"max_iter": 150}, warm)
+        iterations, seconds = iterations + tried.iterations, seconds + tried.seconds
         if tried.residual <= RESIDUAL_TOLERANCE:
             done, point, step = part, tried, min(2.0 * step, 0.5)
+            problem = reached.with_changes(missed=None)
         else:
             step *= 0.5
     if point is None or done < 1.0:
-        point = minimised(problem, x if point is None else point.x, {"mu_init": 1e-2, "max_iter": 300})
-    return problem, replace(
-        point, iterations=point.iterations + int(spent_on[0]), seconds=point.seconds + float(spent_on[1])
-    )
+        problem, point = _found(problem, x if point is None else point.x, {"mu_init": 1e-2, "max_iter": 300}, None)
+    return problem, replace(point, iterations=point.iterations + iterations, seconds=point.seconds + seconds)
+
+
+def _found(
+    problem: StripsProblem, x: FloatArray, options: dict[str, float], warm: tuple[FloatArray, FloatArray] | None
+) -> tuple[StripsProblem, Minimum]:
+    """Stationary point from x; of strips that are kept apart by short steps, and with the places held that it needs."""
+    return touch.downhill(problem, x) if problem.apart else (problem, minimised(problem, x, options, warm))
 
 
 def minimised(
@@ -240,10 +261,13 @@ def left(state: StripsEquilibrium) -> StripsEquilibrium:
     for away in AWAY:
         for sign in (1.0, -1.0):
             x = state.x + sign * away / max(size, 1e-12) * state.mode
-            point = minimised(problem, x, {"mu_init": 1e-5, "max_iter": 300, "reach": 0.3})
+            if problem.apart:
+                near, point = touch.downhill(problem, x)
+            else:
+                near, point = problem, minimised(problem, x, {"mu_init": 1e-5, "max_iter": 300, "reach": 0.3})
             if point.residual > RESIDUAL_TOLERANCE:
                 continue
-            other = judged(*touch.kept(problem, point))
+            other = judged(*touch.kept(near, point))
             if other.ok and other.energy.total < min(best.energy.total, state.energy.total - 1e-9):
                 best = replace(other, left=state.energy.total - other.energy.total)
         if best is not state:
@@ -262,7 +286,7 @@ def refined(state: StripsEquilibrium, parts: int = 2) -> StripsEquilibrium:
     old = state.problem
     fresh = old.with_parts([{"lengths": np.repeat(part.lengths / parts, parts)} for part in old.parts])
     x = np.concatenate([transferred(part, old.own(state.x, k), fresh.parts[k]) for k, part in enumerate(old.parts)])
-    return judged(*touch.kept(fresh, minimised(fresh, x, {"mu_init": 1e-5})))
+    return judged(*touch.kept(*_found(fresh, x, {"mu_init": 1e-5}, None)))
 
 
 def distance(one: StripsEquilibrium, other: StripsEquilibrium) -> float:

@@ -128,6 +128,19 @@ class StripsProblem:
             for k in range(len(self.parts))
         )
 
+    def limits(self, travel: float) -> FloatArray:
+        """How far each of the unknowns (size,) may go in a step in which no place of a joint's ruling, edges included,
+        goes much farther than `travel` (l_0): its position so far, its turn and its ruling as far at the edges."""
+        found = []
+        for part, sigma in zip(self.parts, self.lengths_over, strict=True):
+            own = part.limits(travel / sigma)
+            turn = travel / (sigma * part.half_width)
+            part.layout.quaternions(own)[:] = 0.5 * turn
+            if not part.fields.free:
+                own[part.layout.eta] = turn
+            found.append(own)
+        return np.concatenate(found)
+
     def rows_of(self, rows: FloatArray, k: int) -> FloatArray:
         """Multipliers of the rows of strip k in its own units."""
         return np.asarray(rows[self._own_rows[k]] / self.stiffness_over[k])
@@ -153,6 +166,11 @@ class StripsProblem:
                 )
             self._cache["blocks"] = found
         return self._cache["blocks"]  # type: ignore[no-any-return]
+
+    def between(self, one: int, other: int) -> BetweenRows:
+        """The rows that hold places of two strips apart."""
+        pairs = tuple(touch.pair for touch in self.touching if (touch.one, touch.other) == (one, other))
+        return BetweenRows.between(pairs, self.apart, self._of(one), self._of(other))
 
     def _of(self, k: int) -> Of:
         return Of(self.parts[k], int(self.offsets[k]), self.lengths_over[k])
