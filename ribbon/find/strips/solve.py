@@ -41,6 +41,8 @@ NEAR, STEP, LEAST = 1e-6, 0.25, 1.0 / 64.0
 BENDS = (1.0, -1.0, 3.0)
 #: Bounds of |eta| and of |omega| l on the way.
 BOX = (60.0, 3.0)
+#: Options of a second attempt: no unknown goes farther in a step than this part of 1 + its size.
+SHORT: dict[str, float] = {"reach": 0.3, "max_iter": 300, "mu_init": 1e-5}
 #: How far (largest omega l of the mode) a saddle is left along its unstable mode.
 AWAY = (0.3, 0.05)
 #: Samples of a strip where two shapes are compared.
@@ -161,11 +163,18 @@ def minimised(
     if choose.asked() == "ipopt":
         return ipopt.minimise(problem, x, dict(options or {}), None, warm)
     boxed = problem.with_parts([{"box": _box(problem, x, k)} for k in range(len(problem.parts))])
-    point = newton_rows.minimise(boxed, x, dict(options or {}), None, warm)
-    if _touches_box(boxed, point.x):
-        free = newton_rows.minimise(problem, point.x, dict(options or {}), None, None)
-        point = replace(free, iterations=free.iterations + point.iterations, seconds=free.seconds + point.seconds)
-    if point.residual <= RESIDUAL_TOLERANCE or choose.asked() == "newton" or not is_there() or spent():
+    point: Minimum | None = None
+    for more in ({}, SHORT):
+        tried = newton_rows.minimise(boxed, x, {**(options or {}), **more}, None, warm)
+        if _touches_box(boxed, tried.x):
+            free = newton_rows.minimise(problem, tried.x, dict(options or {}), None, None)
+            tried = replace(free, iterations=free.iterations + tried.iterations, seconds=free.seconds + tried.seconds)
+        if point is None or tried.residual < point.residual or not np.isfinite(point.residual):
+            point = tried
+        if point.residual <= RESIDUAL_TOLERANCE or spent():
+            return point
+    assert point is not None
+    if choose.asked() == "newton" or not is_there():
         return point
     other = ipopt.minimise(problem, x, {"max_iter": 200}, None, warm)
     return other if other.residual < point.residual else point
@@ -228,13 +237,36 @@ def _verdict(
         return status, f"{status.value} ({point.message})", None
     if depth is not None and depth > touch.TOLERANCE:
         return Status.NOT_CONVERGED, f"strips are {depth:.2g} l nearer to each other than they are kept", None
-    held = tangent(problem, point.x, point.multipliers, point.rows)  # type: ignore[arg-type]
-    second = SecondVariation(problem, point.x, point.rows, held, weights(problem))  # type: ignore[arg-type]
-    check = stability.of_variation(second, point.x, held)
+    check = _stability(problem, point)
     if check.stable is None:
         return Status.CONVERGED, "converged: an equilibrium, whose stability is not known", check
     status = Status.CONVERGED if check.stable else Status.SADDLE
     return status, status.value, check
+
+
+def _stability(problem: StripsProblem, point: Minimum) -> stability.Stability:
+    """The second variation on what joints, clamps and contacts hold; of the worst ruling where strips are straight."""
+    held = tangent(problem, point.x, point.multipliers, point.rows)  # type: ignore[arg-type]
+    metric_of = weights(problem)
+    best: stability.Stability | None = None
+    for x in (point.x, *_other_rulings(problem, point.x)):
+        second = SecondVariation(problem, x, point.rows, held, metric_of)  # type: ignore[arg-type]
+        check = stability.of_variation(second, x, held)
+        if best is None or check.eigenvalue < best.eigenvalue:
+            best = check
+        if best.stable is not True:
+            break
+    assert best is not None
+    return best
+
+
+def _other_rulings(problem: StripsProblem, x: FloatArray) -> Iterator[FloatArray]:
+    """The same shapes with other rulings where strips are straight and they move nothing."""
+    each = [stability.other_rulings(part, problem.own(x, k)) for k, part in enumerate(problem.parts)]
+    for number in range(max(map(len, each))):
+        yield np.concatenate(
+            [found[number] if number < len(found) else problem.own(x, k) for k, found in enumerate(each)]
+        )
 
 
 def _by_itself(

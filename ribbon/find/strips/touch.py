@@ -54,10 +54,14 @@ def minima(problem: StripsProblem, x: FloatArray, below: float) -> list[tuple[fl
     for one, other in combinations(range(len(problem.parts)), 2):
         pairs = _beginnings(problem, sampled, one, other, problem.apart + below)
         gaps, places = narrowed(problem, x, one, other, pairs)
-        kept: list[Pair] = []
+        if places:  # what has slid to a joint is not looked at either
+            along = np.array([[pair.s, pair.s_other] for pair in places])
+            far = ~_joined(problem, one, other, along[:, 0], along[:, 1])
+            gaps, places = gaps[far], [pair for pair, kept in zip(places, far, strict=True) if kept]
+        found_here: list[Pair] = []
         for k in np.argsort(gaps, kind="stable"):
-            if gaps[k] < below and not any(_same(problem, one, other, places[k], known) for known in kept):
-                kept.append(places[k])
+            if gaps[k] < below and not any(_same(problem, one, other, places[k], known) for known in found_here):
+                found_here.append(places[k])
                 found.append((float(gaps[k]), Touching(one, other, places[k])))
     return sorted(found, key=lambda each: each[0])
 
