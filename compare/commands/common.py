@@ -153,12 +153,14 @@ def strips_of(options: argparse.Namespace) -> StripsScene | None:
     from compare.scene.strips.read import loads
     from compare.scene.strips.scene import is_several
 
-    if options.scene == STDIN:
-        return None
     text, source = text_of(options.scene)
+    if options.scene == STDIN:
+        options.read = text, source
     if not is_several(text):
         return None
     scene = loads(text, source, dict(parse_assignment(one) for one in options.assignments))
+    if options.scene == STDIN:
+        options.typed = text
     for note in scene.notes():
         print(f"ribbonbench: note: {note}", file=sys.stderr)
     return scene
@@ -169,7 +171,7 @@ def loaded(options: argparse.Namespace, name: str) -> Scene:
     from compare.scene.inputs.source import STDIN, text_of
     from compare.scene.scene import loads
 
-    text, source = text_of(name)
+    text, source = getattr(options, "read", None) or text_of(name)
     scene = loads(text, source)
     if name == STDIN:
         options.typed = text

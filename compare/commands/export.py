@@ -126,10 +126,10 @@ def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]
     from compare.commands.solve import solve_into
     from compare.models.choice import chosen
     from compare.pages.presenter import presenter_of
-    from compare.scene.inputs.source import STDIN, near
+    from compare.scene.inputs.source import STDIN, near, shipped_strips
     from compare.scene.scene import parse_assignment, shipped
 
-    if options.source not in (STDIN, *shipped()) and not Path(options.source).is_file():
+    if options.source not in (STDIN, *shipped(), *shipped_strips()) and not Path(options.source).is_file():
         raise BadInput(
             "SOURCE", options.source, "is neither a folder nor a scene",
             f"{near(Path(options.source))}give a folder of results, a TOML file or the name of a shipped scene",

@@ -62,13 +62,15 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
 def _strips(scene: StripsScene, options: argparse.Namespace, console: Console) -> int:
     """Solves a scene of several strips."""
+    from compare.models.strips.build import check_model
     from compare.page.terminal import print_pairs, print_table, print_verdict
-    from compare.pages.strips import answer, rows, tables
+    from compare.pages.strips.page import answer, rows, tables
     from compare.scene.units import Units
 
     for option, asked in (("--all", options.all), ("--time", options.time)):
         if asked:
             raise BadInput(option, None, "is not known for several strips", "leave it out")
+    check_model(scene)
     units = Units.asked(scene.first.strip, options.units)
     out = common.out_folder(options, scene.name)
     reporter = Reporter(quiet=options.quiet)
@@ -90,7 +92,7 @@ def _strips(scene: StripsScene, options: argparse.Namespace, console: Console) -
 def strips_into(out: Path, scene: StripsScene, reporter: Reporter, options: argparse.Namespace) -> StripsState:
     """Solves a scene of several strips and writes its files into the folder `out`."""
     from compare.models.strips.solve import solved as strips_solved
-    from compare.pages.strips import write
+    from compare.pages.strips.page import write
 
     reporter.step(f"{len(scene.names)} strips")
     state = strips_solved(scene, common.leaves(options) is not False, reporter.step)

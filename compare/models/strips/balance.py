@@ -1,7 +1,7 @@
 """Whether clamps, joints and contacts carry the weight of every strip: its statics alone, no constitutive law.
 
-For a strip at rest, with the weight per length along -up at its places r(s) and every wrench (point, force, moment) that
-acts on it::
+For a strip at rest, with the weight per length along -up at its places r(s) and every wrench (point, force, moment)
+that acts on it::
 
     sum F - G up = 0 ,    sum (M + p x F) - int r x up g ds = 0
 

@@ -42,9 +42,12 @@ class StripsState:
         return bool(self.native.ok)
 
 
-def solved(scene: StripsScene, leave_saddle: bool = True, say: Callable[[str], object] | None = None) -> StripsState:
-    """The state of a scene of several strips. `BadInput` for what cannot be; whatever the minimiser meets is a status
-    of the result."""
+def solved(
+    scene: StripsScene, leave_saddle: bool = True, say: Callable[[str], object] | None = None, error: bool = True
+) -> StripsState:
+    """The state of a scene of several strips; error: whether its distance to finer elements is asked.
+
+    `BadInput` for what cannot be; whatever the minimiser meets is a status of the result."""
     from ribbon import RibbonInputError
     from ribbon.find.strips import solve as strips
     from ribbon.solvers import choose
@@ -55,15 +58,17 @@ def solved(scene: StripsScene, leave_saddle: bool = True, say: Callable[[str], o
         with choose.using(scene.first.model.solver):
             found = strips.solve(**arguments(scene), leave_saddle=leave_saddle, budget=scene.first.model.budget)
             first = time.perf_counter() - clock
-            if say is not None:
+            if error and say is not None:
                 say("the same strips on elements half as long")
-            found = strips.with_error(found)
-    except RibbonInputError as error:
-        raise BadInput(_KEYS.get(error.key, error.key), error.value, error.remedy) from None
+            found = strips.with_error(found) if error else found
+    except RibbonInputError as refusal:
+        raise BadInput(_KEYS.get(refusal.key, refusal.key), refusal.value, refusal.remedy) from None
     seconds = {"first": first, "error": time.perf_counter() - clock - first}
     shapes = tuple(RibbonShape(strip) for strip in found.strips)
     over = tuple(found.problem.lengths_over)
-    return StripsState(scene, found, shapes, over, tuple(_balance(scene, found, k) for k in range(len(shapes))), seconds)
+    return StripsState(
+        scene, found, shapes, over, tuple(_balance(scene, found, k) for k in range(len(shapes))), seconds
+    )
 
 
 def _balance(scene: StripsScene, found: Any, k: int) -> float:

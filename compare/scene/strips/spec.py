@@ -38,8 +38,8 @@ class JointSpec:
                  "pin": "position alone"}
     )
     angle: float = key(
-        Kind.NUMBER, "angle by which the frame of b is turned from that of a", "degrees", "-180 <= angle <= 180", "60.0",
-        default=0.0
+        Kind.NUMBER, "angle by which the frame of b is turned from that of a", "degrees", "-180 <= angle <= 180",
+        "60.0", default=0.0
     )
     axis: str = key(
         Kind.CHOICE, "axis of that turn, of a's frame", example='"normal"', default="normal",

@@ -95,7 +95,7 @@ def assembled(
                 energy=energy,
                 lengths=member.lengths,
                 **choices,  # type: ignore[arg-type]
-            )  # fmt: skip
+            )
         )
     first = members[0]
     unit = first.stiffness * first.strip.width / first.strip.length

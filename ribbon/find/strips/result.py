@@ -1,4 +1,4 @@
-"""What a solve of several strips returns: the verdict on the whole, every strip by itself, and what joins them exerts."""
+"""What a solve of several strips returns: the verdict on the whole, every strip by itself, what joins them exerts."""
 
 from __future__ import annotations
 

@@ -14,13 +14,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.errors import RibbonInputError
 from ribbon.find.strips import touch
 from ribbon.find.strips.assemble import Member, assembled, shapes
 from ribbon.find.strips.result import StripsEquilibrium
 from ribbon.judge import stability
 from ribbon.judge.reduction import metric, tangent
 from ribbon.judge.spectrum import SecondVariation
-from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity
 from ribbon.problems.strips.joint import Joint
 from ribbon.problems.strips.place import placed

@@ -1,4 +1,4 @@
-"""Strips kept from each other: contact between them, by an exchange of places (`ribbon.find.apart`, `ribbon.find.snap`).
+"""Strips kept from each other: contact between them, by short steps and an exchange of places (`ribbon.find.apart`).
 
 Strips go downhill from where they begin by steps in which no place goes farther than a part of the distance that they
 keep, and all that could meet before the next look is held apart: none goes through another. Where they are near each
@@ -67,7 +67,7 @@ def minima(problem: StripsProblem, x: FloatArray, below: float) -> list[tuple[fl
 
 
 class _Sampled:
-    """A strip at abscissae s (n,): positions r (n, 3) in l_0, half rulings (n, 3), the greatest step between samples."""
+    """A strip at abscissae s (n,): positions r (n, 3) in l_0, half rulings (n, 3); step: the greatest between."""
 
     def __init__(self, s: FloatArray, r: FloatArray, ruling: FloatArray, step: float) -> None:
         self.s, self.r, self.ruling, self.step = s, r, ruling, step
@@ -115,8 +115,9 @@ def _edges(
 ) -> list[Pair]:  # fmt: skip
     """Pairs between rulings that are nearly parallel, at both ends of what lies side by side. half: of both widths in
     their own l, widths: in l_0; middles: where both lie along the first one, l_0; along: its cosine with the other."""
-    low, high = max(m - w for m, w in zip(middles, widths, strict=True)), min(
-        m + w for m, w in zip(middles, widths, strict=True)
+    low, high = (
+        max(m - w for m, w in zip(middles, widths, strict=True)),
+        min(m + w for m, w in zip(middles, widths, strict=True)),
     )
     if low > high:
         low = high = 0.5 * (low + high)

@@ -1,4 +1,4 @@
-"""Joints: what holds an end of one strip at an end of another, as rows of constraints (docs/theory.md, 5.5).
+"""Joints: what holds an end of one strip at an end of another, as rows of constraints (docs/theory.md, eq. (5.14)).
 
 With r, R the position and the frame of either end, sigma l / l_0 of its strip, and delta the turn of the joint::
 

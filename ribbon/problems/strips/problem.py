@@ -321,9 +321,9 @@ class StripsProblem:
         lower, upper = self.bounds()
         local = np.where((lower < upper) & (column < border), column, -1)
         for name, where in self.block_slices().items():
-            rows = self.blocks()[name]
-            place, of = rows.jacobian_structure()
-            latest = np.full(rows.count, -1)
+            block = self.blocks()[name]
+            place, of = block.jacobian_structure()
+            latest = np.full(block.count, -1)
             np.maximum.at(latest, place, local[of])
             row[where] = np.where(latest < 0, border, latest)
         return column, row

@@ -32,7 +32,9 @@ def chain(parts: int, kind: str = "seamless") -> list[Joint]:
     return [Joint(End(k, -1), End(k + 1, 0), kind) for k in range(parts - 1)]
 
 
-def bigon(degrees: float, axis: int, curvature: tuple[float, float] | None = None, **strip: float) -> tuple[list[Member], list[Joint]]:
+def bigon(
+    degrees: float, axis: int, curvature: tuple[float, float] | None = None, **strip: float
+) -> tuple[list[Member], list[Joint]]:
     """Two strips of length 1, joined at both ends at an angle about an axis of the frame; curvature: to begin with."""
     own = Strip(length=1.0, **{**SECTION, "thickness": 0.01, **strip})
     members = [Member(own, segments=12, curvature=None if curvature is None else (c,)) for c in curvature or (0.0, 0.0)]

@@ -132,9 +132,7 @@ def test_a_cantilever_of_two_stiffnesses_hangs_as_collocation_says(stiffness):
 @pytest.mark.parametrize("energy", ["wunderlich", "kirchhoff"])
 def test_a_bigon_rises_out_of_the_plane_to_either_side(energy):
     """Joined at an angle in the plane of the strips: mirror images above and below, strips alike, forces none."""
-    up, down = (
-        strips.solve(*bigon(25.0, 1, (bend, bend)), energy=energy) for bend in (1.0, -1.0)
-    )
+    up, down = (strips.solve(*bigon(25.0, 1, (bend, bend)), energy=energy) for bend in (1.0, -1.0))
     for state in (up, down):
         assert state.ok
         assert state.strips[0].energy.total == pytest.approx(state.strips[1].energy.total, rel=1e-8)
@@ -207,14 +205,16 @@ def test_turned_strips_are_the_same_state_turned():
 
 def test_a_joint_read_from_the_other_side_is_the_same():
     members, joints = bigon(25.0, 1, (1.0, 1.0))
-    swapped = [Joint(joint.other, joint.one, joint.kind, (joint.turn[0], *(-c for c in joint.turn[1:]))) for joint in joints]
+    swapped = [
+        Joint(joint.other, joint.one, joint.kind, (joint.turn[0], *(-c for c in joint.turn[1:]))) for joint in joints
+    ]
     one, other = strips.solve(members, joints, energy="kirchhoff"), strips.solve(members, swapped, energy="kirchhoff")
     assert one.energy.total == pytest.approx(other.energy.total, rel=1e-9)
     assert one.joints[0].moment == pytest.approx(-other.joints[0].moment, abs=1e-7)
 
 
 def test_a_mast_of_two_parts_buckles_as_one_and_its_unstable_mode_is_counted():
-    """Upright under its weight beyond 7.84 D w / l^2: straight it has one unstable mode by inertia, as the uncut one."""
+    """Upright under its weight beyond 7.84 D w / l^2: straight it has one unstable mode, as the uncut one."""
     upright = Clamp((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     for gamma, modes in ((7.5, 0), (10.0, 1)):
         members = [replace(member, curvature=(0.0,)) for member in cut(2, 12, gamma, 0.0, upright)]

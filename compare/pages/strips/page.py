@@ -79,7 +79,9 @@ def rows(state: StripsState, units: Units | None = None) -> list[tuple[str, str]
         ("lowest eigenvalue", f"{native.lowest_eigenvalue:.4g}"),
         ("left of force and moment", f"{max(state.balance):.1e}"),
     ]
-    found += [(f"joint {row[0]} - {row[1]}", f"force {row[3]} D w / l^2, moment {row[4]} D w / l") for row in _joints(state)]
+    found += [
+        (f"joint {row[0]} - {row[1]}", f"force {row[3]} D w / l^2, moment {row[4]} D w / l") for row in _joints(state)
+    ]
     return [*found, ("units", f"l and D w of the strip {state.scene.names[0]}")]
 
 
@@ -219,7 +221,7 @@ def write(out: Path, state: StripsState, again: str) -> None:
 
 
 def _draw(out: Path, state: StripsState, grids: dict[str, Any]) -> None:
-    from compare.pages.pictures.strips import draw
+    from compare.pages.strips.picture import draw
 
     joints = [joint.at for joint in state.native.joints]
     touches = [0.5 * (touch.at + touch.at_other) for touch in state.native.touching]
