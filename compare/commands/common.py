@@ -14,6 +14,7 @@ from compare.commands.line import fed
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
+    from compare.scene.strips.scene import StripsScene
     from compare.scene.units import Units
 
 DONE, NOT_CONVERGED, BAD_INPUT, MISSING = 0, 1, 2, 3
@@ -145,12 +146,32 @@ def scene_of(options: argparse.Namespace, computes: bool = True) -> Scene:
     return scene
 
 
+def strips_of(options: argparse.Namespace) -> StripsScene | None:
+    """The scene of several strips with the assignments of --set; None where it is one of a single strip."""
+    from compare.scene.inputs.source import STDIN, text_of
+    from compare.scene.scene import parse_assignment
+    from compare.scene.strips.read import loads
+    from compare.scene.strips.scene import is_several
+
+    text, source = text_of(options.scene)
+    if options.scene == STDIN:
+        options.read = text, source
+    if not is_several(text):
+        return None
+    scene = loads(text, source, dict(parse_assignment(one) for one in options.assignments))
+    if options.scene == STDIN:
+        options.typed = text
+    for note in scene.notes():
+        print(f"ribbonbench: note: {note}", file=sys.stderr)
+    return scene
+
+
 def loaded(options: argparse.Namespace, name: str) -> Scene:
     """The scene of this name; the text of one from the standard input is kept for the folder of its results."""
     from compare.scene.inputs.source import STDIN, text_of
     from compare.scene.scene import loads
 
-    text, source = text_of(name)
+    text, source = getattr(options, "read", None) or text_of(name)
     scene = loads(text, source)
     if name == STDIN:
         options.typed = text

@@ -5,12 +5,16 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
 from compare.commands import common
 from compare.store.progress import Reporter
 from ribbonbench.errors import BadInput
+
+if TYPE_CHECKING:
+    from compare.scene.strips.scene import StripsScene
 
 HELP = "surfaces of results (or of a scene, solved first) as VTU, PVD, OBJ, PLY, glTF, CSV, NPZ"
 EXAMPLE = "ribbonbench export my.toml --format gltf,obj"
@@ -122,14 +126,18 @@ def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]
     from compare.commands.solve import solve_into
     from compare.models.choice import chosen
     from compare.pages.presenter import presenter_of
-    from compare.scene.inputs.source import STDIN, near
+    from compare.scene.inputs.source import STDIN, near, shipped_strips
     from compare.scene.scene import parse_assignment, shipped
 
-    if options.source not in (STDIN, *shipped()) and not Path(options.source).is_file():
+    if options.source not in (STDIN, *shipped(), *shipped_strips()) and not Path(options.source).is_file():
         raise BadInput(
             "SOURCE", options.source, "is neither a folder nor a scene",
             f"{near(Path(options.source))}give a folder of results, a TOML file or the name of a shipped scene",
         )  # fmt: skip
+    options.scene = options.source
+    several = common.strips_of(options)
+    if several is not None:
+        return _strips_solved(several, options, reporter)
     scene = common.loaded(options, options.source)
     keys = dict(parse_assignment(text) for text in options.assignments)
     scene = scene.replace(keys) if keys else scene
@@ -143,4 +151,16 @@ def _solved(options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]
     options.line = requested.line
     with common.held(folder, reporter.step):
         state = solve_into(folder, scene, reporter, options)
+    return folder, common.DONE if state.ok else common.NOT_CONVERGED
+
+
+def _strips_solved(scene: StripsScene, options: argparse.Namespace, reporter: Reporter) -> tuple[Path, int]:
+    """The folder into which several strips were solved, and the exit code of that."""
+    from compare.commands.solve import strips_into
+
+    parent = None if options.out is None else Path(options.out) / "solve"
+    options.leave_saddle, options.stay = False, False
+    folder = common.out_folder(argparse.Namespace(**{**vars(options), "out": parent, "command": "solve"}), scene.name)
+    with common.held(folder, reporter.step):
+        state = strips_into(folder, scene, reporter, options)
     return folder, common.DONE if state.ok else common.NOT_CONVERGED

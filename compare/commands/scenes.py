@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from typing import Any
 
 from rich.console import Console
 
@@ -41,7 +42,9 @@ def run(options: argparse.Namespace, console: Console) -> int:
     from compare.models.scope import has_shell, require_shell
     from compare.page.terminal import print_table
     from compare.scene.inputs.law import values
+    from compare.scene.inputs.source import shipped_strips
     from compare.scene.scene import load, shipped, text_of_shipped
+    from compare.scene.strips import read as strips
 
     if options.name is not None:
         text = text_of_shipped(options.name)
@@ -49,7 +52,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         if not options.json:
             sys.stdout.write(text)
         return common.DONE
-    rows = []
+    rows: list[tuple[Any, ...]] = []
     for name in shipped():
         scene = load(name)
         start, *rest = values(scene.curvature)
@@ -57,6 +60,12 @@ def run(options: argparse.Namespace, console: Console) -> int:
         shells = ", ".join(f"{r:g}" for r in require_shell(scene)) if has_shell(scene) else None
         elements = len(scene.model.lengths)
         rows.append((name, scene.title, scene.width, curvature, scene.gamma, scene.model.energy, elements, shells))
+    for name, file in shipped_strips().items():
+        several = strips.loads(file.read_text(encoding="utf-8"), str(file))
+        first = several.first
+        rows.append(
+            (name, several.title, first.width, None, first.gamma, first.model.energy, first.model.elements, None)
+        )
     table = Table("Shipped scenes", _COLUMNS, tuple(rows))
     options.result = table.records()
     if not options.json:

@@ -10,10 +10,13 @@ from rich.console import Console
 
 from compare.commands import common
 from compare.store.progress import Reporter
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.models.base import State
+    from compare.models.strips.solve import StripsState
     from compare.scene.scene import Scene
+    from compare.scene.strips.scene import StripsScene
     from compare.studies.branches.states import States
 
 HELP = "solve the model of a scene alone: the ribbon, or what model.energy names"
@@ -36,6 +39,9 @@ def run(options: argparse.Namespace, console: Console) -> int:
     """Solves the scene."""
     from compare.pages.solve import write
 
+    several = common.strips_of(options)
+    if several is not None:
+        return _strips(several, options, console)
     scene = common.scene_of(options)
     if options.all:
         from compare.studies.branches.states import able
@@ -52,6 +58,47 @@ def run(options: argparse.Namespace, console: Console) -> int:
                 say(out, scene, state, console, options, seen)
         write(out, scene, state, options.line, seen)
     return common.DONE if state.ok else common.NOT_CONVERGED
+
+
+def _strips(scene: StripsScene, options: argparse.Namespace, console: Console) -> int:
+    """Solves a scene of several strips."""
+    from compare.models.strips.build import check_model
+    from compare.page.terminal import print_pairs, print_table, print_verdict
+    from compare.pages.strips.page import answer, rows, tables
+    from compare.scene.units import Units
+
+    for option, asked in (("--all", options.all), ("--time", options.time)):
+        if asked:
+            raise BadInput(option, None, "is not known for several strips", "leave it out")
+    check_model(scene)
+    units = Units.asked(scene.first.strip, options.units)
+    out = common.out_folder(options, scene.name)
+    reporter = Reporter(quiet=options.quiet)
+    with common.held(out, reporter.step):
+        with reporter:
+            state = strips_into(out, scene, reporter, options)
+        if common.spoken(options):
+            with common.telling():
+                print_verdict(console, answer(state, units))
+                print_pairs(console, scene.title, [*rows(state, units), ("results", str(out))])
+                if options.wide:
+                    for table in tables(state):
+                        print_table(console, table, wide=True)
+                console.print(f"As a page: ribbonbench report {out}")
+                console.file.flush()
+    return common.DONE if state.ok else common.NOT_CONVERGED
+
+
+def strips_into(out: Path, scene: StripsScene, reporter: Reporter, options: argparse.Namespace) -> StripsState:
+    """Solves a scene of several strips and writes its files into the folder `out`."""
+    from compare.models.strips.solve import solved as strips_solved
+    from compare.pages.strips.page import write
+
+    reporter.step(f"{len(scene.names)} strips")
+    state = strips_solved(scene, common.leaves(options) is not False, reporter.step)
+    reporter.step("writing results")
+    write(out, state, options.line)
+    return state
 
 
 def others(scene: Scene, reporter: Reporter) -> States:

@@ -17,9 +17,13 @@ from compare.models import registry
 from compare.page.table import Column, Table
 from compare.scene.declare import LENGTH, NONE, Key, Kind, keys_of, literal
 from compare.scene.keys import KEYS, LISTED, SPECS
+from compare.scene.strips.spec import BetweenSpec, JointSpec, NamedSpec
 
 MARKS = ("<!-- keys: made by python -m compare.pages.keys docs/scenes.md -->", "<!-- end of keys -->")
 """What stands before and behind the tables in the page."""
+
+STRIPS_MARKS = ("<!-- keys of [[strip]]: made with the table of every key -->", "<!-- end of keys of [[strip]] -->")
+"""The same of the table of what a scene of several strips has besides."""
 
 UNITS = {None: "", NONE: "none", LENGTH: "length"}
 """How the tables name units; the others as declared."""
@@ -33,15 +37,28 @@ def tables() -> str:
     return "\n".join([*head, *(row for section in SPECS if section != "clamp.end" for row in _rows(section)), ""])
 
 
+def strips_tables() -> str:
+    """Markdown: the keys that only a scene of several strips has."""
+    head = (f"| {' | '.join(HEAD)} |", f"|{'---|' * len(HEAD)}")
+    keys = [*keys_of(NamedSpec, "strip").values(), *keys_of(JointSpec, "joint").values()]
+    rows = (_row(about, about.name) for about in [*keys, *keys_of(BetweenSpec, "contact").values()])
+    return "\n".join([*head, *rows, ""])
+
+
 def _rows(section: str) -> Iterator[str]:
     """The rows of a section; those of both clamps are that of the start, with the end's defaults where they differ."""
     for about in keys_of(SPECS[section], section, at="this end").values():
         default = _default(about)
         if section == "clamp.start" and (other := _default(KEYS[f"clamp.end.{about.field}"])) != default:
             default += f"; at the end {other}"
-        unit = UNITS.get(about.unit, about.unit)
-        name = about.name.replace("clamp.start.", "clamp.*.")
-        yield f"| `{name}` | {_kind(about)} | {_range(about)} | {unit} | {default} | {_meaning(about)} |"
+        yield _row(about, about.name.replace("clamp.start.", "clamp.*."), default)
+
+
+def _row(about: Key, name: str, default: str = "") -> str:
+    unit = UNITS.get(about.unit, about.unit)
+    return (
+        f"| `{name}` | {_kind(about)} | {_range(about)} | {unit} | {default or _default(about)} | {_meaning(about)} |"
+    )
 
 
 def _kind(about: Key) -> str:
@@ -158,11 +175,13 @@ def _plain_meaning(about: Key) -> str:
 
 def in_page(text: str) -> str:
     """The text of a page with the tables between the marks made anew; ValueError for a page without the marks."""
-    before, first, rest = text.partition(MARKS[0])
-    _, last, behind = rest.partition(MARKS[1])
-    if not first or not last:
-        raise ValueError(f"the page has no {MARKS[0]} ... {MARKS[1]}")
-    return f"{before}{first}\n\n{tables()}\n{last}{behind}"
+    for marks, made in ((MARKS, tables), (STRIPS_MARKS, strips_tables)):
+        before, first, rest = text.partition(marks[0])
+        _, last, behind = rest.partition(marks[1])
+        if not first or not last:
+            raise ValueError(f"the page has no {marks[0]} ... {marks[1]}")
+        text = f"{before}{first}\n\n{made()}\n{last}{behind}"
+    return text
 
 
 def main(arguments: Sequence[str]) -> None:

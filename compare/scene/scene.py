@@ -124,6 +124,12 @@ def loads(text: str, source: str = "<text>") -> Scene:
         raise BadInput(
             "scene", source, "is not valid TOML: a number or a nesting beyond all bounds", "mend it"
         ) from None
+    listed = document.get("strip")
+    if isinstance(listed, list) and any(isinstance(one, dict) for one in listed):
+        raise BadInput(
+            "strip", None, "is a list, [[strip]]: several strips, which solve and export alone compute together",
+            "use one of them, or write one strip as a section [strip]",
+        )  # fmt: skip
     return _build(document, source)
 
 

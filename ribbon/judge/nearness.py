@@ -69,12 +69,12 @@ def _begins(
     i, j = i[far], j[far]
     if not i.size:
         return [], []
-    distance, u, other = _between(r, ruling, i, j, problem.reach)
+    distance, u, other = between_rulings(r, ruling, i, j, problem.reach)
     near = distance < reach + step
-    lowest = near & _least(distance, i, j, s.size)
+    lowest = near & is_least(distance, i, j, s.size)
     beside = np.zeros_like(lowest)
     if stays:
-        beside = near & ~lowest & (i % _STATION == 0) & _least(distance, i, j, s.size, (0,))
+        beside = near & ~lowest & (i % _STATION == 0) & is_least(distance, i, j, s.size, (0,))
     found: list[Pair] = []
     nearest: list[bool] = []
     for k in np.nonzero(lowest | beside)[0]:
@@ -212,7 +212,7 @@ def nearest(
     i, j = i[far], j[far]
     if not i.size:
         return None
-    distance, _, _ = _between(r, ruling, i, j, problem.reach)
+    distance, _, _ = between_rulings(r, ruling, i, j, problem.reach)
     k = int(np.argmin(distance))
     return (float(distance[k]), int(i[k]), int(j[k])) if distance[k] < below else None
 
@@ -236,7 +236,7 @@ def facing(problem: MixedProblem, one: FloatArray, other: FloatArray, whole: flo
     return facing & (whole - between > _FACING) if problem.joined else facing
 
 
-def _between(
+def between_rulings(
     r: FloatArray, ruling: FloatArray, i: IntArray, j: IntArray, half: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Distance (k,) of the rulings i and j, and the places u (k,) on either."""
@@ -252,7 +252,7 @@ def _between(
     return distance, u, v
 
 
-def _least(
+def is_least(
     distance: FloatArray, i: IntArray, j: IntArray, count: int, steps: tuple[int, ...] = (-1, 0, 1)
 ) -> NDArray[np.bool_]:
     """Whether a pair's distance (k,) is no greater than those of the pairs beside it, i as much apart as `steps`."""

@@ -43,14 +43,22 @@ _NOTHING = 1e-12
 
 
 class SecondVariation:
-    """H on the tangent at x (n,) with the multipliers rows (m,); `held`: what is active there."""
+    """H on the tangent at x (n,) with the multipliers rows (m,); `held`: what is active there; `weights`: the metric
+    (n, n), that of `ribbon.judge.reduction` where none is given."""
 
-    def __init__(self, problem: MixedProblem, x: FloatArray, rows: FloatArray, held: Tangent) -> None:
+    def __init__(
+        self,
+        problem: MixedProblem,
+        x: FloatArray,
+        rows: FloatArray,
+        held: Tangent,
+        weights: scipy.sparse.csr_matrix | None = None,
+    ) -> None:
         glue = kernels.ROWS * problem.lengths.size
         force = np.zeros(problem.row_count, dtype=bool)
         force[:glue] = True
         force[held.rows] = True
-        weights = metric(problem)
+        weights = metric(problem) if weights is None else weights
         lower = scipy.sparse.tril(weights).tocoo()
         self._held = held
         self._weights = weights[held.free][:, held.free]

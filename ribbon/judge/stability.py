@@ -157,7 +157,7 @@ def check_mixed(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, r
     held = reduction.tangent(problem, x, multipliers, rows)
     best = _mixed_once(problem, x, rows, held)
     if best.stable is True:
-        for y in _other_rulings(problem, x):
+        for y in other_rulings(problem, x):
             other = _mixed_once(problem, y, rows, held)
             if other.eigenvalue < best.eigenvalue:
                 best = other
@@ -167,7 +167,11 @@ def check_mixed(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, r
 
 
 def _mixed_once(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: reduction.Tangent) -> Stability:
-    second = SecondVariation(problem, x, rows, held)
+    return of_variation(SecondVariation(problem, x, rows, held), x, held)
+
+
+def of_variation(second: SecondVariation, x: FloatArray, held: reduction.Tangent) -> Stability:
+    """The verdict of a second variation at x (n,)."""
     lowest, mode = second.lowest()
     if not np.isfinite(lowest):
         return Stability(lowest, mode, x, None if np.isnan(lowest) else True, False, held.bounds)
@@ -181,7 +185,7 @@ def _mixed_once(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: re
     return Stability(lowest, mode, x, stable, abs(lowest) <= tolerance, held.bounds, negative)
 
 
-def _other_rulings(problem: MixedProblem, x: FloatArray) -> list[FloatArray]:
+def other_rulings(problem: MixedProblem, x: FloatArray) -> list[FloatArray]:
     """The same shape with other rulings where the normal curvature vanishes and they move nothing."""
     layout = problem.layout
     if problem.fields.free:

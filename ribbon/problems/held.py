@@ -172,6 +172,13 @@ class Held:
         """The same problem with fields replaced and nothing cached."""
         return replace(self, counters=Counters(), _cache={}, **changes)
 
+    def limits(self, travel: float) -> FloatArray:
+        """How far each of the unknowns (size,) may go in a step in which no joint's position goes farther than
+        `travel` (l)."""
+        found = np.full(self.size, np.inf)
+        self.layout.positions(found)[:] = travel
+        return found
+
     def joint_values(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """omega and eta (p + 1,) at the joints, of unknowns or of a mode."""
         return x[self.layout.omega].copy(), x[self.layout.eta].copy()

@@ -139,8 +139,7 @@ class _Problem:
             return None
         out = np.full(w.size, np.inf) if share is None else share * (1.0 + np.abs(w))
         if travel is not None:
-            whole = np.full(self.free.size, np.inf)
-            self.problem.layout.positions(whole)[:] = travel
+            whole = self.problem.limits(travel)
             out[: self.n] = np.minimum(out[: self.n], whole[self.free])
         return out
 

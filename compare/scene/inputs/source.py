@@ -31,9 +31,15 @@ def shipped() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
+def shipped_strips() -> dict[str, Path]:
+    """The scenes of several strips that come with the package: name -> file, sorted by name."""
+    folder = Path(__file__).parents[2] / "scenes" / "strips"
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
 def text_of_shipped(name: str) -> str:
     """The text of a shipped scene; `BadInput` for a name that none has, with the nearest ones."""
-    found = shipped()
+    found = {**shipped(), **shipped_strips()}
     if name not in found:
         hint = did_you_mean(name, found)
         raise BadInput("NAME", name, "is no shipped scene", f"{hint}ribbonbench scenes lists them")
@@ -44,7 +50,7 @@ def text_of(name_or_path: str | Path) -> tuple[str, str]:
     """Text and source of a shipped scene by its name, of a file by its path, or of the standard input ("-")."""
     if str(name_or_path) == STDIN:
         return _text_of_stdin(), STDIN_SOURCE
-    available = shipped()
+    available = {**shipped(), **shipped_strips()}
     path = available.get(str(name_or_path)) or Path(name_or_path)
     return _text_of_file(path), str(path)
 

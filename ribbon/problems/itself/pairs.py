@@ -37,7 +37,7 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 #: How far (of a segment's length) a minimum may lie beyond the ends of its segment, on the element continued there.
-_BEYOND = 1e-2
+BEYOND = 1e-2
 #: The same while an equilibrium of a round rod is looked for: rows stay smooth, and a place that is beyond is put on
 #: the next segment afterwards. Both elements are alike there up to (jump of the curvature's slope) (1e-2 h)^3.
 BEYOND_ROUND = 0.5
@@ -77,7 +77,7 @@ class Pair(NamedTuple):
         return self._replace(s=self.s_other, u=self.u_other, s_other=self.s, u_other=self.u)
 
 
-class _Side(NamedTuple):
+class Side(NamedTuple):
     """Of one place of each pair: position (k, 3), its derivatives by t = (h, u) (k, 3, 2), by the 7 + P unknowns
     (k, 3, n), the second ones by t (k, 3, 2, 2), by t and unknowns (k, 3, 2, n), by unknowns (k, 3, n, n)."""
 
@@ -95,7 +95,7 @@ class PairRows:
 
     pairs: where the search begins; segments (2, k): of both places; lengths: of all segments; half_width: w / (2 l);
     limit, components: of the series; free: whether the twist is; sideways: first column of the in-plane curvatures, -1
-    without; over (2, p): how far, of its length, places go beyond start and end of a segment, None: `_BEYOND`.
+    without; over (2, p): how far, of its length, places go beyond start and end of a segment, None: `BEYOND`.
     """
 
     pairs: tuple[Pair, ...]
@@ -158,7 +158,7 @@ class PairRows:
         """Bounds (k, 4) of t."""
         own = self.lengths[self.segments.T]
         edge = np.full(self.count, self.half_width)
-        over = np.full((2, self.lengths.size), _BEYOND) if self.over is None else self.over
+        over = np.full((2, self.lengths.size), BEYOND) if self.over is None else self.over
         before, behind = (own * each[self.segments.T] for each in over)
         low = np.stack([-before[:, 0], -edge, -before[:, 1], -edge], axis=1)
         high = np.stack([own[:, 0] + behind[:, 0], edge, own[:, 1] + behind[:, 1], edge], axis=1)
@@ -175,7 +175,7 @@ class PairRows:
 
     # -- one place ----------------------------------------------------------------------------------------------------
 
-    def _side(self, x: FloatArray, side: int, t: FloatArray, second: bool) -> _Side:
+    def _side(self, x: FloatArray, side: int, t: FloatArray, second: bool) -> Side:
         """The places of one side at t (k, 2); second: with second derivatives by the unknowns."""
         k, count = self.count, 1 + self._parameters
         q = np.empty((k, self._parameters))
@@ -217,7 +217,7 @@ class PairRows:
             one, other = np.triu_indices(self._parameters)
             xx[:, :, 7 + one, 7 + other] = np.einsum("kcr,krz->kcz", matrix, y[:, :, count:])
             xx[:, :, 7 + other, 7 + one] = xx[:, :, 7 + one, 7 + other]
-        return _Side(place, by_t, by_x, tt, tx, xx)
+        return Side(place, by_t, by_x, tt, tx, xx)
 
     def _derived(
         self, q: FloatArray, h: FloatArray, u: FloatArray, frame: FloatArray
@@ -249,10 +249,10 @@ class PairRows:
 
     # -- both of them -------------------------------------------------------------------------------------------------
 
-    def _both(self, x: FloatArray, t: FloatArray, second: bool = False) -> tuple[_Side, _Side]:
+    def _both(self, x: FloatArray, t: FloatArray, second: bool = False) -> tuple[Side, Side]:
         return self._side(x, 0, t[:, :2], second), self._side(x, 1, t[:, 2:], second)
 
-    def _slopes(self, one: _Side, other: _Side) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _slopes(self, one: Side, other: Side) -> tuple[FloatArray, FloatArray, FloatArray]:
         """f (k,), f_t (k, 4), f_tt (k, 4, 4)."""
         apart = one.place - other.place
         by_t = np.concatenate([one.by_t, -other.by_t], axis=2)
@@ -344,7 +344,7 @@ class PairRows:
         """On which side (k, 2) of its segment the nearest place would lie further: -1, 1, or 0 where it is inside."""
         t, own = self._at(x)["t"][:, ::2], self.lengths[self.segments.T]
         low, high = (bound[:, ::2] for bound in self._room)
-        low, high = np.maximum(low, -_BEYOND * own), np.minimum(high, (1.0 + _BEYOND) * own)
+        low, high = np.maximum(low, -BEYOND * own), np.minimum(high, (1.0 + BEYOND) * own)
         return (t >= high).astype(np.int64) - (t <= low).astype(np.int64)
 
     def ends(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:

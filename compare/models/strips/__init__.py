@@ -1,0 +1,1 @@
+"""Several strips by ribbons on curvature elements, joined and kept apart (`ribbon.find.strips`)."""

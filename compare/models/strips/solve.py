@@ -1,0 +1,101 @@
+"""Several strips, solved as their scene says: the state of all, each strip's shape, and what acts between them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from compare.measure.balance import Wrench, abscissae
+from compare.models.ribbon.state import RibbonShape
+from compare.models.strips.balance import left_over
+from compare.models.strips.build import arguments, check_model
+from compare.scene.strips.scene import StripsScene
+from ribbonbench.errors import BadInput
+
+FloatArray = NDArray[np.float64]
+
+#: What ribbon.find.strips refuses -> where the scene says it.
+_KEYS = {"joint": "joint", "strips": "strip", "start": "contact.distance"}
+
+
+@dataclass(frozen=True)
+class StripsState:
+    """The state of several strips: `native`, a `ribbon.find.strips.result.StripsEquilibrium`; shapes: each strip's, in
+    its own l; over: each one's length over the first one's; balance: what is left of force and moment of each strip;
+    seconds: the solve with its verdict, and its error."""
+
+    scene: StripsScene
+    native: Any
+    shapes: tuple[RibbonShape, ...]
+    over: tuple[float, ...]
+    balance: tuple[float, ...]
+    seconds: dict[str, float]
+
+    @property
+    def ok(self) -> bool:
+        """Converged and stable."""
+        return bool(self.native.ok)
+
+
+def solved(
+    scene: StripsScene, leave_saddle: bool = True, say: Callable[[str], object] | None = None, error: bool = True
+) -> StripsState:
+    """The state of a scene of several strips; error: whether its distance to finer elements is asked.
+
+    `BadInput` for what cannot be; whatever the minimiser meets is a status of the result."""
+    from ribbon import RibbonInputError
+    from ribbon.find.strips import solve as strips
+    from ribbon.solvers import choose
+
+    check_model(scene)
+    clock = time.perf_counter()
+    try:
+        with choose.using(scene.first.model.solver):
+            found = strips.solve(**arguments(scene), leave_saddle=leave_saddle, budget=scene.first.model.budget)
+            first = time.perf_counter() - clock
+            if error and say is not None:
+                say("the same strips on elements half as long")
+            found = strips.with_error(found) if error else found
+    except RibbonInputError as refusal:
+        raise BadInput(_KEYS.get(refusal.key, refusal.key), refusal.value, refusal.remedy) from None
+    seconds = {"first": first, "error": time.perf_counter() - clock - first}
+    shapes = tuple(RibbonShape(strip) for strip in found.strips)
+    over = tuple(found.problem.lengths_over)
+    return StripsState(
+        scene, found, shapes, over, tuple(_balance(scene, found, k) for k in range(len(shapes))), seconds
+    )
+
+
+def _balance(scene: StripsScene, found: Any, k: int) -> float:
+    """What is left of force and moment of strip k, D_0 w_0 / l_0^2 and D_0 w_0 / l_0."""
+    over, unit = found.problem.lengths_over[k], found.problem.stiffness_over[k]
+    strip = found.strips[k]
+    wrenches = []
+    for support, place, end in ((strip.start, 0.0, 0), (strip.end_support, 1.0, -1)):
+        if support is not None and scene.clamped((k, end)):
+            at = over * strip.position([place])[0]
+            wrenches.append(Wrench(at, unit / over * support.force, unit * support.moment))
+    for joint in found.joints:
+        for joined, sign in ((joint.other, 1.0), (joint.one, -1.0)):
+            if joined.strip == k:
+                wrenches.append(Wrench(joint.at, sign * joint.force, sign * joint.moment))
+    for touch in found.touching:
+        for number, at, sign in ((touch.one, touch.at, 1.0), (touch.other, touch.at_other, -1.0)):
+            if number == k:
+                wrenches.append(Wrench(at, sign * touch.force, np.zeros(3)))
+    s, _ = abscissae()
+    places = over * (_middle(strip, s) if scene.first.gravity and scene.first.gravity.exact else strip.position(s))
+    return left_over(places, unit / over * scene.strips[k].gamma, scene.up, wrenches)
+
+
+def _middle(strip: Any, s: FloatArray) -> FloatArray:
+    """Centres of mass (k, 3) of the lines across the surface at s."""
+    v, weights = np.polynomial.legendre.leggauss(4)
+    half = 0.5 * strip.problem.strip.relative_width
+    grid = RibbonShape(strip).points(s, half * v)
+    return np.asarray(np.einsum("kmc,m->kc", grid, 0.5 * weights))

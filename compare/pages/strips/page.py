@@ -1,0 +1,228 @@
+"""What `ribbonbench solve` says, draws and writes of several strips: result.json, NAME.vtu of each, strips.png."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compare.measure.grades import GOOD, POOR, UNKNOWN, worst
+from compare.measure.grid import Grid
+from compare.models.strips.solve import StripsState
+from compare.page.drawing import pictured
+from compare.page.page import STRIP, Picture, Surface
+from compare.page.study import RESULT, Study
+from compare.page.table import Column, Table
+from compare.page.verdict import Check, Verdict, bounded
+from compare.page.wording import length
+from compare.pages.export.vtu import write_vtu
+from compare.scene.units import Units
+from compare.store.finite import explained
+from compare.store.made_by import provenance
+from compare.store.store import atomic_write_json
+
+PICTURE = "strips.png"
+#: Up to which what is left of force and moment, and the change on finer elements (l_0), are good.
+BALANCED, FINE = 1e-6, 1e-2
+_JOINTS = (
+    Column("a", "a", kind="word"),
+    Column("b", "b", kind="word"),
+    Column("kind", "kind", kind="word"),
+    Column("force", "force on b", "D w / l^2", kind="word"),
+    Column("moment", "moment on b", "D w / l", kind="word"),
+)
+_STRIPS = (
+    Column("strip", "strip", kind="word"),
+    Column("elastic", "elastic energy", "D w / l", "digits:6"),
+    Column("gravity", "weight's", "D w / l", "digits:6"),
+    Column("end", "end", "l", kind="word"),
+    Column("balance", "left of force and moment", kind="exponent:1"),
+)
+
+
+def answer(state: StripsState, units: Units | None = None) -> Verdict:
+    """Whether the strips are in a state that they stay in, and how accurately it is known."""
+    native, units = state.native, units or state.scene.first.units
+    count = len(state.scene.names)
+    body = f"{count} strips are" if count > 1 else "The strip is"
+    if not native.ok:
+        text = f"No stable equilibrium was found: {native.message}"
+        if native.status.code == "saddle":
+            text = f"The strips would not stay in the state that was found: {native.message}"
+        return Verdict(text, POOR)
+    stable = native.stable is True
+    kind = "a stable equilibrium" if stable else "an equilibrium, whose stability is not known"
+    near = "how accurately is not known" if native.error is None else f"computed to {length(units, native.error)}"
+    touch = len(native.touching)
+    more = f"; they touch at {touch} place{'s' if touch != 1 else ''}" if touch else ""
+    left = "" if native.left is None else f"; it was left for from a saddle {native.left:.3g} D w / l above"
+    checks = (
+        bounded("residual", native.residual, 1e-8, "residual"),
+        bounded("balance", max(state.balance), BALANCED, "left of force and moment"),
+        Check("stability", GOOD if stable else UNKNOWN, f"lowest eigenvalue {native.lowest_eigenvalue:.3g}"),
+        Check("elements", UNKNOWN, "not known")
+        if native.error is None
+        else bounded("elements", native.error, FINE, "change on elements half as long, l"),
+    )
+    return Verdict(f"{body} in {kind}; {near}{more}{left}", worst(*(check.grade for check in checks)), checks)
+
+
+def rows(state: StripsState, units: Units | None = None) -> list[tuple[str, str]]:
+    """What the command prints: name and text."""
+    native, units = state.native, units or state.scene.first.units
+    energy = native.energy
+    found = [
+        ("status", native.message),
+        ("residual", f"{native.residual:.1e} after {native.iterations} iterations"),
+        ("energy", f"elastic {units.text(energy.elastic, 'D w / l')}, total {units.text(energy.total, 'D w / l')}"),
+        ("lowest eigenvalue", f"{native.lowest_eigenvalue:.4g}"),
+        ("left of force and moment", f"{max(state.balance):.1e}"),
+    ]
+    found += [
+        (f"joint {row[0]} - {row[1]}", f"force {row[3]} D w / l^2, moment {row[4]} D w / l") for row in _joints(state)
+    ]
+    return [*found, ("units", f"l and D w of the strip {state.scene.names[0]}")]
+
+
+def _joints(state: StripsState) -> list[tuple[str, str, str, str, str]]:
+    named = zip(state.scene.joints, state.native.joints, strict=True)
+    return [
+        (state.scene.end_name(said.one), state.scene.end_name(said.other), said.spec.kind, _vector(joint.force),
+         _vector(joint.moment))
+        for said, joint in named
+    ]  # fmt: skip
+
+
+def _vector(values: Any) -> str:
+    return "(" + ", ".join(f"{value + 0.0:.5g}" if abs(value) > 1e-9 else "0" for value in values) + ")"
+
+
+def tables(state: StripsState) -> tuple[Table, ...]:
+    """Strips and joints."""
+    strips = []
+    for k, (name, strip) in enumerate(zip(state.scene.names, state.native.strips, strict=True)):
+        unit = state.native.problem.stiffness_over[k]
+        end = state.over[k] * strip.end.position
+        strips.append((name, unit * strip.energy.elastic, unit * strip.energy.gravity, _vector(end), state.balance[k]))
+    found = [Table("The strips", _STRIPS, tuple(strips))]
+    if state.scene.joints:
+        found.append(Table("The joints", _JOINTS, tuple(_joints(state))))
+    return tuple(found)
+
+
+def result(state: StripsState) -> dict[str, Any]:
+    """result.json: numbers in l and D w of the first strip."""
+    native, scene = state.native, state.scene
+    energy, units = native.energy, scene.first.units
+    whys = {} if native.error is not None else {"discretisation_error_why": "elements half as long found no such state"}
+    return {
+        "title": scene.title,
+        "status": native.status.code,
+        "message": native.message,
+        "stable": native.stable,
+        "lowest_eigenvalue": native.lowest_eigenvalue,
+        "unstable_modes": native.unstable_modes,
+        "residual": native.residual,
+        "iterations": native.iterations,
+        "energy": {
+            "bending": energy.bending, "natural": energy.natural, "elastic": energy.elastic,
+            "gravity": energy.gravity, "total": energy.total,
+        },
+        "discretisation_error": native.error,
+        **whys,
+        "left_saddle": native.left,
+        "strips": {name: _strip(state, k) for k, name in enumerate(scene.names)},
+        "joints": [_joint(state, k) for k in range(len(scene.joints))],
+        "contact": _contact(state),
+        "units_of": scene.names[0],
+        "units": units.to_dict() if units.known else None,
+        "model": {
+            "energy": native.problem.parts[0].energy, "formulation": "mixed",
+            "elements": [part.lengths.size for part in native.problem.parts], "solver": native.solver,
+        },
+        "seconds": state.seconds,
+        "provenance": provenance(scene),
+    }  # fmt: skip
+
+
+def _pose(state: StripsState, k: int, s: float) -> dict[str, Any]:
+    pose = state.native.strips[k].pose(s) if s < 1.0 else state.native.strips[k].end
+    return {"position": state.over[k] * pose.position, "frame": pose.frame}
+
+
+def _strip(state: StripsState, k: int) -> dict[str, Any]:
+    strip = state.native.strips[k]
+    over, unit = state.over[k], state.native.problem.stiffness_over[k]
+    found: dict[str, Any] = {
+        "length": over, "width": over * strip.problem.strip.relative_width, "stiffness": unit * over,
+        "energy": {"elastic": unit * strip.energy.elastic, "gravity": unit * strip.energy.gravity},
+        "start": _pose(state, k, 0.0), "middle": _pose(state, k, 0.5), "end": _pose(state, k, 1.0),
+        "max_abs_eta": strip.max_abs_eta, "max_abs_eta_prime_w_half": strip.max_abs_eta_prime_w_half,
+        "unbalanced": state.balance[k],
+    }  # fmt: skip
+    forces, moments = {}, {}
+    for place, support in (("start", strip.start), ("end", strip.end_support)):
+        if support is not None and state.scene.clamped((k, 0 if place == "start" else -1)):
+            forces[place], moments[place] = unit / over * support.force, unit * support.moment
+    return {**found, "forces": forces, "moments": moments}
+
+
+def _joint(state: StripsState, number: int) -> dict[str, Any]:
+    said, joint = state.scene.joints[number], state.native.joints[number]
+    return {
+        "a": state.scene.end_name(said.one), "b": state.scene.end_name(said.other), "kind": said.spec.kind,
+        "position": joint.at, "force": joint.force, "moment": joint.moment, "opened": joint.opened,
+        "turned": joint.turned,
+    }  # fmt: skip
+
+
+def _contact(state: StripsState) -> dict[str, Any] | None:
+    if state.scene.distance is None:
+        return None
+    names = state.scene.names
+    return {
+        "distance": state.native.problem.apart,
+        "too_near": state.native.depth,
+        "places": [
+            {
+                "a": names[one.one], "b": names[one.other], "s": one.s, "v": one.v, "s_b": one.s_other,
+                "v_b": one.v_other, "position": one.at, "position_b": one.at_other, "force": one.force,
+                "gap": one.gap,
+            }
+            for one in state.native.touching
+        ],
+    }  # fmt: skip
+
+
+def write(out: Path, state: StripsState, again: str) -> None:
+    """result.json first, then surfaces and picture, and page.json."""
+    found, verdict = result(state), answer(state)
+    atomic_write_json(out / RESULT, explained({**found, "answer": verdict}))
+    surfaces, grids, files = [], {}, {RESULT: "all numbers"}
+    for name, shape, over, strip in zip(state.scene.names, state.shapes, state.over, state.scene.strips, strict=True):
+        grid = Grid.for_shape(strip, shape.bend)
+        points = over * grid.of(shape)
+        s, v = np.meshgrid(over * grid.s, over * grid.v, indexing="ij")
+        fields = {key: value for key, value in shape.fields(grid.s, grid.v).items() if key not in ("S", "v")}
+        write_vtu(out / f"{name}.vtu", points, {"S": s, "v": v, **fields})
+        surfaces.append(Surface(f"{name}.vtu", name, STRIP, "omega"))
+        files[f"{name}.vtu"] = f"surface of {name} with fields (ParaView), lengths in l of the first strip"
+        grids[name] = points
+    pictures: tuple[Picture, ...] = ()
+    if pictured(lambda: _draw(out, state, grids)):
+        alt = f"{len(grids)} strips from two sides and in space; dots are joints, crosses places of contact"
+        pictures = (Picture(PICTURE, alt),)
+        files[PICTURE] = "the strips from two sides and in space"
+    study = Study(
+        "solve", state.scene.title, tables(state), verdict, pictures=pictures, surfaces=tuple(surfaces), files=files
+    )
+    study.write(out, found, again, state.scene)
+
+
+def _draw(out: Path, state: StripsState, grids: dict[str, Any]) -> None:
+    from compare.pages.strips.picture import draw
+
+    joints = [joint.at for joint in state.native.joints]
+    touches = [0.5 * (touch.at + touch.at_other) for touch in state.native.touching]
+    draw(out / PICTURE, grids, joints, touches, state.scene.title, state.scene.up)

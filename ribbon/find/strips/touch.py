@@ -1,0 +1,347 @@
+"""Strips kept from each other: contact between them, by short steps and an exchange of places (`ribbon.find.apart`).
+
+Strips go downhill from where they begin by steps in which no place goes farther than a part of the distance that they
+keep, and all that could meet before the next look is held apart: none goes through another. Where they are near each
+other because a joint joins them they are not looked at: within `BESIDE` widths of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import scipy  # its parts are loaded where they are first used
+from numpy.typing import NDArray
+
+from ribbon.judge import nearness
+from ribbon.problems.itself.pairs import Pair
+from ribbon.problems.strips.between import BetweenRows, Touching
+from ribbon.problems.strips.joint import End
+from ribbon.problems.strips.problem import Part, StripsProblem
+from ribbon.solvers import newton_rows
+from ribbon.solvers.budget import spent
+from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum, kkt_residual
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Furthest (l_0) that an equilibrium's strips are nearer to each other than they may be, and what a look corrects.
+TOLERANCE, DEPTH = 1e-6, 0.3e-6
+#: Widths (of the wider strip) along both strips from a joint that joins them, within which they are not looked at.
+BESIDE = 3.0
+#: How far a place may go in a step, over the distance to be kept; steps between two looks; looks.
+_TRAVEL, _STEPS, _LOOKS = 0.125, 3, 300
+_MOST = 64
+#: Depth over the distance to be kept from which strips may have gone through each other, and nothing brings them back.
+_THROUGH = 0.6
+#: Rounds of the exchange at an equilibrium, and iterations of each.
+_ROUNDS, _WARM = 25, 150
+#: Push (D_0 w_0 / l_0^2) of a pair that is let go, and part of the largest one.
+_PUSHES, _CLEARLY = 1e-9, 1e-7
+#: Times that a pair is put on the segment next to its own; where it begins there; near a joint: both, of a segment.
+_PASSED, _INSIDE, _NEAR = 4, 0.02, 0.35
+#: Sine of the angle of rulings below which no place on them is nearest, and below which both ends of what lies side by
+#: side are looked at too: strips that lie on each other would turn about one place.
+_PARALLEL, _ALONG = 2e-2, 0.5
+
+
+def minima(problem: StripsProblem, x: FloatArray, below: float) -> list[tuple[float, Touching]]:
+    """Gaps (l_0) between different strips over what they are to keep, where least, as far as they are smaller than
+    `below`; and between which places."""
+    found: list[tuple[float, Touching]] = []
+    sampled = [_Sampled.of(problem, x, k) for k in range(len(problem.parts))]
+    for one, other in combinations(range(len(problem.parts)), 2):
+        pairs = _beginnings(problem, sampled, one, other, problem.apart + below)
+        gaps, places = narrowed(problem, x, one, other, pairs)
+        if places:  # what has slid to a joint is not looked at either
+            along = np.array([[pair.s, pair.s_other] for pair in places])
+            far = ~_joined(problem, one, other, along[:, 0], along[:, 1])
+            gaps, places = gaps[far], [pair for pair, kept in zip(places, far, strict=True) if kept]
+        found_here: list[Pair] = []
+        for k in np.argsort(gaps, kind="stable"):
+            if gaps[k] < below and not any(_same(problem, one, other, places[k], known) for known in found_here):
+                found_here.append(places[k])
+                found.append((float(gaps[k]), Touching(one, other, places[k])))
+    return sorted(found, key=lambda each: each[0])
+
+
+class _Sampled:
+    """A strip at abscissae s (n,): positions r (n, 3) in l_0, half rulings (n, 3); step: the greatest between."""
+
+    def __init__(self, s: FloatArray, r: FloatArray, ruling: FloatArray, step: float) -> None:
+        self.s, self.r, self.ruling, self.step = s, r, ruling, step
+
+    @classmethod
+    def of(cls, problem: StripsProblem, x: FloatArray, k: int) -> _Sampled:
+        part, sigma, own = problem.parts[k], problem.lengths_over[k], problem.own(x, k)
+        s = nearness.abscissae(part, own)
+        r, ruling, _, _ = nearness.shape(part, own, s)
+        return cls(s, sigma * r, sigma * part.half_width * ruling, sigma * float(np.diff(s).max()))
+
+
+def _beginnings(problem: StripsProblem, sampled: list[_Sampled], one: int, other: int, reach: float) -> list[Pair]:
+    """Pairs of places near each other, where the distance of rulings is least among their neighbours."""
+    a, b = sampled[one], sampled[other]
+    wide = float(np.linalg.norm(a.ruling, axis=1).max() + np.linalg.norm(b.ruling, axis=1).max())
+    near = scipy.spatial.cKDTree(a.r).query_ball_tree(scipy.spatial.cKDTree(b.r), reach + wide + a.step + b.step)
+    i = np.repeat(np.arange(len(near)), [len(each) for each in near])
+    j = np.array([k for each in near for k in each], dtype=np.int64)
+    far = ~_joined(problem, one, other, a.s[i], b.s[j]) if i.size else np.zeros(0, dtype=bool)
+    i, j = i[far], j[far]
+    if not i.size:
+        return []
+    both = np.vstack([a.ruling, b.ruling])
+    distance, u, v = nearness.between_rulings(np.vstack([a.r, b.r]), both, i, j + len(a.s), 1.0)
+    least = (distance < reach + a.step + b.step) & nearness.is_least(distance, i, j + len(a.s), len(a.s) + len(b.s))
+    found: list[Pair] = []
+    half = problem.parts[one].half_width, problem.parts[other].half_width
+    for k in np.flatnonzero(least):
+        s, s_other = float(a.s[i[k]]), float(b.s[j[k]])
+        first, second = (ruling / np.linalg.norm(ruling) for ruling in (a.ruling[i[k]], b.ruling[j[k]]))
+        sine = float(np.linalg.norm(np.cross(first, second)))
+        if sine > _PARALLEL:
+            found.append(Pair(s, float(u[k]) * half[0], s_other, float(v[k]) * half[1]))
+        if sine < _ALONG:
+            middles = float(a.r[i[k]] @ first), float(b.r[j[k]] @ first)
+            widths = tuple(problem.lengths_over[n] * w for n, w in zip((one, other), half, strict=True))
+            found += _edges(s, s_other, half, widths, middles, float(first @ second))
+    return found
+
+
+def _edges(
+    s: float, s_other: float, half: tuple[float, float], widths: tuple[float, ...], middles: tuple[float, float],
+    along: float,
+) -> list[Pair]:  # fmt: skip
+    """Pairs between rulings that are nearly parallel, at both ends of what lies side by side. half: of both widths in
+    their own l, widths: in l_0; middles: where both lie along the first one, l_0; along: its cosine with the other."""
+    low, high = (
+        max(m - w for m, w in zip(middles, widths, strict=True)),
+        min(m + w for m, w in zip(middles, widths, strict=True)),
+    )
+    if low > high:
+        low = high = 0.5 * (low + high)
+    sign = 1.0 if along > 0.0 else -1.0
+    found = []
+    for place in (low, high):
+        u = np.clip((place - middles[0]) / widths[0], -1.0, 1.0) * half[0]
+        v = np.clip(sign * (place - middles[1]) / widths[1], -1.0, 1.0) * half[1]
+        found.append(Pair(s, float(u), s_other, float(v), True))
+    return found
+
+
+def _joined(problem: StripsProblem, one: int, other: int, s: FloatArray, s_other: FloatArray) -> NDArray[np.bool_]:
+    """Whether places are beside ends of both strips that stand at one place."""
+    group = _places(problem)
+    near = np.zeros(s.shape, dtype=bool)
+    width = max(2.0 * problem.lengths_over[k] * problem.parts[k].half_width for k in (one, other))
+    for end in (0, -1):
+        for end_other in (0, -1):
+            if group[End(one, end)] == group[End(other, end_other)]:
+                along = problem.lengths_over[one] * (s if end == 0 else 1.0 - s)
+                along_other = problem.lengths_over[other] * (s_other if end_other == 0 else 1.0 - s_other)
+                near |= np.maximum(along, along_other) < BESIDE * width
+    return near
+
+
+def _places(problem: StripsProblem) -> dict[End, int]:
+    """Which ends joints hold at one place: a number for each end, the same for those."""
+    group = {End(k, end): 2 * k + (end != 0) for k in range(len(problem.parts)) for end in (0, -1)}
+    for joint in problem.joints:
+        one, other = group[joint.one], group[joint.other]
+        group = {end: one if number == other else number for end, number in group.items()}
+    return group
+
+
+def narrowed(
+    problem: StripsProblem, x: FloatArray, one: int, other: int, pairs: list[Pair]
+) -> tuple[FloatArray, list[Pair]]:
+    """Gaps (k,) of the nearest places beside pairs of two strips, and these places; those that still slide over a
+    joint are nearest elsewhere."""
+    if not pairs:
+        return np.empty(0), []
+    parts = problem.parts[one], problem.parts[other]
+    for _ in range(_PASSED):
+        rows = problem.with_changes(touching=tuple(Touching(one, other, pair) for pair in pairs)).between(one, other)
+        places, beyond = rows.places(x), rows.beyond(x)
+        passed, moved = False, []
+        for k, pair in enumerate(pairs):
+            at = places[k].copy()
+            for side, part in enumerate(parts):
+                past = int(beyond[k, side])
+                beside = part.beside(int(rows.segments[side, k]), past) if past else None
+                if beside is not None:
+                    at[2 * side] = _inside(part, beside, past)
+                    passed = True
+            moved.append(pair.at(at))
+        if not passed:
+            break
+        pairs = moved
+    gaps = rows.gaps(x)
+    found = [pair.at(place) for pair, place in zip(pairs, places, strict=True)]
+    ended = (np.array([[pair.s, pair.s_other] for pair in found]) % 1.0 == 0.0) | (beyond == 0)
+    least = ended.all(axis=1)
+    for k in np.flatnonzero(~least):
+        least[k] = not any(_beside(parts, found[k], found[m]) for m in np.flatnonzero(least))
+    return gaps[least], [pair for pair, inside in zip(found, least, strict=True) if inside]
+
+
+def _beside(parts: tuple[Part, Part], pair: Pair, known: Pair) -> bool:
+    """Whether two pairs are no farther from each other than two segments and half of half a width, on both strips."""
+    along = zip(parts, (pair.s, pair.s_other), (known.s, known.s_other), strict=True)
+    across = zip(parts, (pair.u, pair.u_other), (known.u, known.u_other), strict=True)
+    return all(abs(part.segment_at(s) - part.segment_at(t)) <= 2 for part, s, t in along) and all(
+        abs(u - v) <= 0.5 * part.half_width for part, u, v in across
+    )
+
+
+def _inside(part: Part, segment: int, step: int) -> float:
+    """Where a place begins that goes over to a segment."""
+    starts = np.concatenate([[0.0], np.cumsum(part.lengths)])
+    inside = _INSIDE * part.lengths[segment]
+    return float(starts[segment] + inside if step > 0 else starts[segment + 1] - inside)
+
+
+def _same(problem: StripsProblem, one: int, other: int, pair: Pair, known: Pair) -> bool:
+    near = [0.05 * float(problem.parts[k].lengths.min()) for k in (one, other)]
+    wide = [0.1 * problem.parts[k].half_width for k in (one, other)]
+    room = (near[0], wide[0], near[1], wide[1])
+    return all(abs(a - b) < most for a, b, most in zip(pair[:4], known[:4], room, strict=True))
+
+
+def around(problem: StripsProblem, touching: list[Touching]) -> tuple[Touching, ...]:
+    """Pairs, each once, and those on the segments next to theirs where they are near a joint of segments."""
+    found: list[Touching] = []
+
+    def places(part: Part, s: float) -> list[float]:
+        i = part.segment_at(s)
+        share = (s - float(part.lengths[:i].sum())) / part.lengths[i]
+        own = [s]
+        for step, near in ((-1, share < _NEAR), (1, share > 1.0 - _NEAR)):
+            beside = part.beside(i, step) if near else None
+            if beside is not None:
+                own.append(_inside(part, beside, step))
+        return own
+
+    for touch in touching:
+        parts = problem.parts[touch.one], problem.parts[touch.other]
+        for s in places(parts[0], touch.pair.s):
+            for s_other in places(parts[1], touch.pair.s_other):
+                fresh = touch._replace(pair=touch.pair._replace(s=s, s_other=s_other))
+                if not any(_alike(parts, fresh, known) for known in found):
+                    found.append(fresh)
+    return tuple(sorted(found, key=lambda each: (each.one, each.other)))
+
+
+def _alike(parts: tuple[Part, Part], one: Touching, other: Touching) -> bool:
+    """Whether two pairs are looked for on the same segments, near the same places across."""
+    if (one.one, one.other) != (other.one, other.other):
+        return False
+    a, b = one.pair, other.pair
+    segments = all(
+        part.segment_at(s) == part.segment_at(t)
+        for part, s, t in zip(parts, (a.s, a.s_other), (b.s, b.s_other), strict=True)
+    )
+    across = zip(parts, (a.u, a.u_other), (b.u, b.u_other), strict=True)
+    return segments and all(abs(u - v) < 0.2 * part.half_width for part, u, v in across)
+
+
+def _slid(problem: StripsProblem, x: FloatArray, rows: FloatArray | None) -> list[tuple[Touching, float]]:
+    """The pairs where they have gone, each with its push."""
+    found = []
+    for name, where in problem.block_slices().items():
+        block = problem.blocks()[name]
+        if isinstance(block, BetweenRows):
+            one, other = (int(word) for word in name.split("_")[1:])
+            push = np.zeros(block.count) if rows is None else -rows[where]
+            for pair, place, force in zip(block.pairs, block.places(x), push, strict=True):
+                found.append((Touching(one, other, pair.at(place)), float(force)))
+    return found
+
+
+def _pushing(problem: StripsProblem, point: Minimum) -> list[Touching]:
+    slid = _slid(problem, point.x, point.rows)
+    least = max(_PUSHES, _CLEARLY * max((push for _, push in slid), default=0.0))
+    return [touch for touch, push in slid if push > least]
+
+
+def rows_of(old: StripsProblem, fresh: StripsProblem, point: Minimum) -> FloatArray:
+    """Multipliers of the rows of `fresh`: those of `old` of the same rows, of pairs that are the same."""
+    rows = np.zeros(fresh.row_count)
+    same = fresh.joint_rows.stop
+    rows[:same] = point.rows[:same]
+    known = _slid(old, point.x, point.rows)
+    for name, where in fresh.block_slices().items():
+        block = fresh.blocks()[name]
+        if isinstance(block, BetweenRows):
+            one, other = (int(word) for word in name.split("_")[1:])
+            for k, pair in enumerate(block.pairs):
+                for touch, push in known:
+                    if (touch.one, touch.other) == (one, other) and _same(fresh, one, other, pair, touch.pair):
+                        rows[where.start + k] = -push
+    return rows
+
+
+def downhill(problem: StripsProblem, x: FloatArray) -> tuple[StripsProblem, Minimum]:
+    """The problem with the pairs of places that its equilibrium needs, and the equilibrium downhill of the unknowns x
+    (n,), without strips that pass through each other; one that has not arrived where none is found."""
+    travel = _TRAVEL * problem.apart
+    limits = problem.limits(travel)
+    chosen: dict[str, float] = {"mu_init": 1e-5, "travel": travel, "max_iter": _STEPS}
+    point: Minimum | None = None
+    iterations, seconds = 0, 0.0
+    for _ in range(_LOOKS):
+        near = minima(problem, x, 2.0 * _TRAVEL * problem.apart * _STEPS)
+        if near and near[0][0] < -_THROUGH * problem.apart:  # they may come out on the other side
+            return problem, replace(point or newton_rows.minimise(problem, x, {"max_iter": 0}), residual=np.inf)
+        fresh = problem.with_changes(touching=around(problem, [touch for _, touch in near]))
+        warm = None if point is None else (rows_of(problem, fresh, point), point.multipliers)
+        point = newton_rows.minimise(fresh, x, chosen, None, warm)
+        iterations, seconds = iterations + point.iterations, seconds + point.seconds
+        moved = float((np.abs(point.x - x) / limits).max())  # of a step's length
+        problem, x = fresh, point.x
+        chosen["max_iter"] = _STEPS if moved > 1.0 else min(2 * int(chosen["max_iter"]), _MOST)
+        if point.finished or point.residual <= RESIDUAL_TOLERANCE or spent() or not np.all(np.isfinite(x)):
+            break
+        if point.code not in (newton_rows.SOLVED, newton_rows.MOST):
+            point = None
+            chosen["mu_init"] = 1e-4
+    if point is None:
+        point = newton_rows.minimise(problem, x, chosen)
+    return problem, replace(point, iterations=iterations, seconds=seconds)
+
+
+def kept(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimum, float | None]:
+    """The equilibrium with the places held apart that it needs, those that push nothing let go, and how far (l_0)
+    strips are nearer to each other than they are kept; None where nothing keeps them."""
+    if not problem.apart or not point.residual <= RESIDUAL_TOLERANCE:
+        return problem, point, None
+    best, least = (problem, point), np.inf
+    for _ in range(_ROUNDS):
+        near = minima(problem, point.x, -DEPTH)
+        depth = max((-gap for gap, _ in near), default=0.0)
+        if depth < least:
+            best, least = (problem, point), depth
+        if not near or spent() or depth > _THROUGH * problem.apart:
+            break
+        touching = around(problem, [*_pushing(problem, point), *(touch for _, touch in near)])
+        fresh = problem.with_changes(touching=touching)
+        warm = rows_of(problem, fresh, point), point.multipliers
+        again = newton_rows.minimise(fresh, point.x, {"max_iter": _WARM}, None, warm)
+        if again.residual > RESIDUAL_TOLERANCE:
+            again = newton_rows.minimise(fresh, point.x, {"max_iter": _WARM, "mu_init": 1e-5})
+        if again.residual > RESIDUAL_TOLERANCE:
+            break
+        point = replace(again, iterations=again.iterations + point.iterations, seconds=again.seconds + point.seconds)
+        problem = fresh
+    return (*_let_go(*best), least)
+
+
+def _let_go(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimum]:
+    """Without the pairs that do not push: the same equilibrium."""
+    if not problem.touching:
+        return problem, point
+    fewer = problem.with_changes(touching=tuple(sorted(_pushing(problem, point), key=lambda each: each[:2])))
+    rows = rows_of(problem, fewer, point)
+    residual = kkt_residual(fewer, point.x, point.multipliers, rows)
+    return (problem, point) if residual > RESIDUAL_TOLERANCE else (fewer, replace(point, rows=rows, residual=residual))

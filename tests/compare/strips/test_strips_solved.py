@@ -1,0 +1,138 @@
+"""`ribbonbench solve` and `export` of several strips: numbers of result.json, statics by other means, files."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from compare import cli
+from compare.models.strips.solve import solved
+from compare.scene.inputs.source import shipped_strips
+from compare.scene.strips.read import build, loads
+from ribbonbench.errors import BadInput
+from tests.compare.scene.test_strips import document
+
+BALANCED = 1e-6
+
+
+def shipped(name, **keys):
+    return loads(shipped_strips()[name].read_text(encoding="utf-8"), f"{name}.toml", keys)
+
+
+def run(tmp_path, *words):
+    return cli.main([*words, "--out", str(tmp_path / "out"), "--quiet"])
+
+
+def test_a_bigon_is_solved_drawn_and_written(tmp_path):
+    assert run(tmp_path, "solve", "bigon", "--set", "model.energy=kirchhoff", "--set", "model.elements=10") == 0
+    out = tmp_path / "out"
+    found = json.loads((out / "result.json").read_text())
+    assert found["status"] == "converged"
+    assert found["stable"] is True
+    assert found["unstable_modes"] == 0
+    left, right = (found["strips"][name] for name in ("left", "right"))
+    assert left["energy"]["elastic"] == pytest.approx(right["energy"]["elastic"], rel=1e-8)
+    assert left["energy"]["elastic"] + right["energy"]["elastic"] == pytest.approx(found["energy"]["total"], rel=1e-9)
+    assert max(left["unbalanced"], right["unbalanced"]) < BALANCED
+    assert left["end"]["position"] == pytest.approx(right["end"]["position"], abs=1e-9)
+    one, other = (np.array(strip["start"]["frame"]) for strip in (left, right))
+    turned = one.T @ other
+    assert turned[[0, 2], [0, 2]] == pytest.approx([np.cos(np.radians(40.0))] * 2, abs=1e-9)
+    assert 0.0 < found["discretisation_error"] < 1e-4
+    assert found["units"]["length_m"] == 0.3
+    assert {"strips.png", "left.vtu", "right.vtu", "page.json", "result.json"} <= {path.name for path in out.iterdir()}
+    assert cli.main(["export", str(out), "--format", "gltf,csv", "--out", str(tmp_path / "files"), "--quiet"]) == 0
+    assert (tmp_path / "files" / "surfaces.glb").stat().st_size > 10_000
+
+
+def test_a_scene_is_exported_solved_first(tmp_path):
+    words = ("export", "bigon", "--set", "model.energy=kirchhoff", "--set", "model.elements=6", "--format", "obj")
+    assert run(tmp_path, *words) == 0
+    assert {path.stem for path in (tmp_path / "out").glob("*.obj")} == {"left", "right"}
+
+
+def test_the_strip_below_carries_what_lies_on_it():
+    """Force of the contacts by name, equal and opposite at both clamps; the deflection of the lower one with it."""
+    state = solved(shipped("crossing", **{"model.elements": 5}), error=False)
+    native = state.native
+    assert state.ok
+    assert native.depth <= 1e-6
+    assert native.touching
+    assert max(state.balance) < BALANCED
+    push = sum(one.force for one in native.touching)  # on the lower strip
+    lower, upper = native.strips
+    unit = native.problem.stiffness_over[1]
+    weight, light = (strip.gamma for strip in state.scene.strips)
+    assert lower.start.force == pytest.approx([-push[0], -push[1], weight - push[2]], abs=1e-6)
+    assert unit * upper.start.force == pytest.approx([push[0], push[1], unit * light + push[2]], abs=1e-6)
+    assert push[2] < -0.05 * unit * light
+    assert [one.gap for one in native.touching] == pytest.approx(
+        [native.problem.apart] * len(native.touching), abs=2e-6
+    )
+
+
+def test_all_of_it_in_the_units_of_either_strip():
+    """The same strips in the other order: forces in N and the energy in J are those of before."""
+    scene = shipped("bigon", **{"model.elements": 8, "strip.right.width": 0.02, "strip.right.thickness": 3e-4,
+                                "model.energy": "kirchhoff"})  # fmt: skip
+    turned = dict(scene.document)
+    turned["strip"] = turned["strip"][::-1]
+    one, other = solved(scene), solved(build(turned))
+    assert one.ok
+    assert other.ok
+    for state in (one, other):
+        assert state.balance == pytest.approx([0.0, 0.0], abs=BALANCED)
+    units = [state.scene.first.units for state in (one, other)]
+    energies = [state.native.energy.total * unit.energy for state, unit in zip((one, other), units, strict=True)]
+    assert energies[0] == pytest.approx(energies[1], rel=1e-7)
+    moments = [
+        float(np.linalg.norm(state.native.joints[0].moment)) * unit.energy
+        for state, unit in zip((one, other), units, strict=True)
+    ]
+    assert moments[0] == pytest.approx(moments[1], rel=1e-5)
+
+
+def test_strips_that_find_no_equilibrium_say_so(tmp_path):
+    assert run(tmp_path, "solve", "bigon", "--set", "model.budget=1e-9") == 1
+    found = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert found["status"] != "converged"
+    assert found["discretisation_error"] is None
+    assert found["discretisation_error_why"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("solve", "bigon", "--all"), "--all"),
+        (("solve", "bigon", "--time"), "--time"),
+        (("solve", "bigon", "--set", "strip.left.width=-1"), "strip.left.width"),
+        (("solve", "bigon", "--set", "model.energy=elastica"), "model.energy"),
+        (("solve", "bigon", "--set", "model.energy=kirchhoff", "--set", "strip.width=1"), "strip.width"),
+        (("compare", "bigon"), "solve and export alone"),
+        (("limits", "bigon", "--quick"), "solve and export alone"),
+        (("explain", "bigon"), "solve and export alone"),
+        (("branches", "bigon", "--along", "strip.width", "--from", "1", "--to", "2"), "solve and export alone"),
+        (("cost", "bigon"), "solve and export alone"),
+    ],
+)
+def test_what_is_not_known_is_refused_in_one_line(words, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(list(words)) == 2
+    heard = capsys.readouterr().err.strip()
+    assert said in heard
+    assert heard.count("\n") == 0
+    assert not list(tmp_path.iterdir()) or not list((tmp_path / "out").rglob("result.json"))
+    shutil.rmtree(tmp_path / "out", ignore_errors=True)
+
+
+def test_an_energy_that_needs_a_thickness_asks_for_it():
+    scene = build(document(model={"energy": "finite"}))
+    with pytest.raises(BadInput, match=r"strip\.left\.thickness"):
+        solved(scene)
+
+
+def test_strips_that_begin_through_each_other_are_refused_with_the_place():
+    scene = shipped("crossing", **{"strip.upper.clamp.start.position": [0.0, -0.15, 0.001]})
+    with pytest.raises(BadInput, match=r"lower at s = .* upper at s = "):
+        solved(scene)

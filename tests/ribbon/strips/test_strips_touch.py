@@ -1,0 +1,126 @@
+"""Strips that touch each other: beams, a shooting of two elasticas, what is kept and what is refused."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import fsolve
+
+from ribbon import Clamp, Gravity, RibbonInputError, Strip
+from ribbon.find.strips import solve as strips
+from ribbon.find.strips import touch
+from ribbon.find.strips.assemble import Member, assembled, shapes
+from ribbon.problems.strips.place import placed
+from tests.ribbon.strips.strips_scenes import bigon
+
+UP = Gravity((0.0, 0.0, 1.0))
+APART = 0.05
+
+
+def cantilevers(over, gap, weight, segments, width=0.05, opposite=False):
+    """Two cantilevers of length 1 with their faces up: the first one along x, weightless, clamped at (-over, 0, 0);
+    the second one a `gap` beyond the distance to keep above it, along y or (opposite) along -x, heavy."""
+    section = {"width": width, "poisson": 0.3, "thickness": 0.2 * width}
+    low = Clamp((-over, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    way = (-1.0, 0.0, 0.0) if opposite else (0.0, 1.0, 0.0)
+    high = Clamp(-over * np.array(way) + [0.0, 0.0, APART + gap], way, (0.0, 0.0, 1.0))
+    return [
+        Member(Strip(length=1.0, gamma=0.0, **section), low, segments=segments, name="low"),
+        Member(Strip(length=1.0, gamma=weight, **section), high, segments=segments, name="high"),
+    ]
+
+
+def on_high(state):
+    """The force (3,) of all contacts on the second strip."""
+    return -np.sum([one.force for one in state.touching], axis=0)
+
+
+def test_cantilevers_that_cross_share_the_force_as_beams_do():
+    """Small deflections, crossing at x = a: q a^2 (6 - 4 a + a^2) / 24 - F a^3 / 3 - gap = F a^3 / 3."""
+    over, gap, weight = 0.9, 1e-4, 0.02
+    found = strips.solve(cantilevers(over, gap, weight, 10, 0.002), (), UP, "kirchhoff", APART)
+    sinks = weight * over**2 * (6.0 - 4.0 * over + over**2) / 24.0
+    assert found.ok
+    force = on_high(found)
+    assert force[2] == pytest.approx((sinks - gap) / (2.0 * over**3 / 3.0), rel=2e-3)
+    low, high = (state.start.force[2] for state in found.strips)
+    assert low == pytest.approx(force[2], rel=1e-6)
+    assert high + force[2] == pytest.approx(weight, abs=2e-8)
+    assert found.depth <= touch.TOLERANCE
+
+
+def elasticas(span, gap, weight, guess):
+    """Two elasticas in a plane that face each other, the tip of the second on the first: force, place s, both moments
+    at the clamps, angle there. An independent shooting (docs/theory.md, 1.3): theta' = m, m' = n x t."""
+
+    def rod(moment, along, up, load, length):
+        def slope(s, y):
+            return [np.cos(y[2]), np.sin(y[2]), y[3], y[4] * np.sin(y[2]) - y[5] * np.cos(y[2]), 0.0, load]
+
+        return solve_ivp(slope, (0.0, length), [0.0, 0.0, 0.0, moment, along, up], rtol=1e-11, atol=1e-12).y[:, -1]
+
+    def misses(u):
+        force, s, low, high, angle = u
+        push = force * np.array([np.sin(angle), -np.cos(angle)])
+        first = rod(low, *push, 0.0, s)
+        second = rod(high, push[0], -push[1] - weight, weight, 1.0)
+        tip = np.array([span - second[0], APART + gap + second[1]])
+        normal = np.array([-np.sin(first[2]), np.cos(first[2])])
+        return [first[3], second[3], *(tip - first[:2] - APART * normal), first[2] - angle]
+
+    found = fsolve(misses, guess, xtol=1e-12)
+    assert np.abs(misses(found)).max() < 1e-9
+    return found
+
+
+def test_cantilevers_that_face_each_other_press_as_two_elasticas():
+    over, gap, weight = 0.85, 0.005, 3.0
+    found = strips.solve(cantilevers(over, gap, weight, 8, opposite=True), (), UP, "kirchhoff", APART)
+    assert found.ok
+    force, place, low, _, angle = elasticas(2 * over, gap, weight, [0.8, 0.71, -0.6, -0.7, -0.2])
+    pushed = on_high(found)
+    assert np.linalg.norm(pushed) == pytest.approx(force, rel=1e-3)
+    assert np.arctan2(-pushed[0], pushed[2]) == pytest.approx(angle, abs=2e-3)
+    assert found.strips[0].start.moment[1] == pytest.approx(low, rel=2e-3)
+    assert [one.s for one in found.touching] == pytest.approx([place] * 2, abs=2e-3)
+    assert [abs(one.v) for one in found.touching] == pytest.approx([0.025] * 2, abs=1e-6)  # its corners
+    assert [one.gap for one in found.touching] == pytest.approx([APART] * 2, abs=1e-6)
+    assert found.strips[0].start.force == pytest.approx(pushed, abs=1e-6)
+    assert found.strips[1].start.force + pushed == pytest.approx([0.0, 0.0, weight], abs=1e-6)
+
+
+def test_strips_that_are_clear_of_each_other_are_as_they_are_alone():
+    members = cantilevers(0.9, 0.4, 1.0, 6)
+    here, alone = (strips.solve(members, (), UP, "kirchhoff", apart) for apart in (APART, 0.0))
+    assert here.ok
+    assert not here.touching
+    assert here.depth == 0.0
+    assert alone.depth is None
+    assert here.energy.total == pytest.approx(alone.energy.total, rel=1e-9)
+
+
+def test_the_nearest_places_of_two_strips_are_found_and_slide_onto_them():
+    """Straight strips that cross: the gap is what is between their planes, at the crossing."""
+    members = cantilevers(0.61, 0.02, 0.0, 5)
+    problem = assembled(members, (), None, "kirchhoff", APART)
+    x = placed(problem, shapes(problem, members, None))
+    near = touch.minima(problem, x, 0.1)
+    assert near
+    assert near[0][0] == pytest.approx(0.02, abs=1e-9)
+    assert not touch.minima(problem, x, 0.01)
+
+
+def test_strips_that_begin_through_each_other_are_refused_with_the_place():
+    with pytest.raises(RibbonInputError, match=r"low at s = .* high at s = .*nearer than they are kept"):
+        strips.solve(cantilevers(0.9, -0.01, 1.0, 5), (), UP, "kirchhoff", APART)
+
+
+def test_strips_are_not_looked_at_beside_a_joint_that_joins_them():
+    members, joints = bigon(60.0, 1, (1.0, 1.0))
+    members[0] = Member(members[0].strip, Clamp(), segments=12, curvature=(1.0,))
+    problem = assembled(members, joints[1:], apart=0.03)
+    x = placed(problem, shapes(problem, members, None))
+    beside = touch.BESIDE * 0.05
+    for _, near in touch.minima(problem, x, 0.05):
+        assert max(1.0 - near.pair.s, 1.0 - near.pair.s_other) > beside - 1e-9
+    apart = assembled(members, joints[1:], apart=0.03).with_changes(joints=())
+    assert touch.minima(apart, x, -0.02)[0][0] < -0.029
