@@ -14,7 +14,7 @@ from ribbonbench import sources, system
 from shellref import law
 from shellref.contact import report as contact_report
 from shellref.holds import parts
-from shellref.shell.body import Control, Supports
+from shellref.shell.body import Control
 from shellref.shell.clamps import reactions
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
