@@ -41,10 +41,12 @@ class Solver:
     unfinished: Any = None  # the journal of a walk that has reached its end
 
     def __post_init__(self) -> None:
+        from shellref.fenics import petsc_api as petsc
         from shellref.path.newton import Equilibrium
         from shellref.shell.naghdi import NaghdiModel
 
         begin = time.perf_counter()
+        petsc.collected(self.comm)  # of meshes before this one
         self.model = NaghdiModel(self.strip.body, self.options.stabilisation, self.comm, self.options.engine)
         self.equilibrium = Equilibrium(self.model, self.options)
         seconds = time.perf_counter() - begin
