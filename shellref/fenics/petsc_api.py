@@ -47,8 +47,8 @@ def sparse_matrix(comm: Any, shape_local: tuple[int, int], csr: Csr) -> Any:
 
 
 def collected(comm: Any) -> None:
-    """Free the objects on `comm` that Python holds no longer: PETSc lets them wait, so that processes free the same ones
-    together (collective; until then matrices and factors of meshes that are done with stay in memory)."""
+    """Free the objects on `comm` that Python no longer holds (collective): PETSc lets them wait, so that all processes
+    free the same ones; until then matrices and factors of meshes that are done with stay in memory."""
     PETSc.garbage_cleanup(comm)
 
 

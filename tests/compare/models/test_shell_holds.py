@@ -110,8 +110,8 @@ def test_the_ends_of_a_tape_spring_turn_as_a_whole(name):
 
 @pytest.mark.shell
 def test_a_force_at_an_end_that_slides_is_the_ribbons_reaction_where_it_comes_to():
-    """A strip whose end slides along z under a force that is no multiple of that comes to rest somewhere. A ribbon that is
-    clamped there exerts that force along the slide; what is across is the clamp's in both."""
+    """A strip whose end slides along z under a force that is no multiple of that comes to rest somewhere. A ribbon that
+    is clamped there exerts that force along the slide; what is across is the clamp's in both."""
     pytest.importorskip("dolfinx")
     there = "position = [1.7, 0.0, 0.0]\n"
     slides = START + HERE + FRAME + END + there + FRAME + "slide = [0.0, 0.0, 1.0]\n[tip]\nforce = [3.0, 0.0, 8.0]\n"
