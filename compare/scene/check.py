@@ -363,7 +363,12 @@ def _check_tip(scene: SceneData) -> None:
         return
     if scene.closure is not None:
         raise BadInput("tip", None, "loads the end, and [closure] leaves none", "remove [tip] or [closure]")
-    if held is not None and held.position is not None:
+    if held is not None and held.slide is not None:
+        size = float(np.linalg.norm(scene.tip_force))
+        if size and abs(scene.tip_force @ unit(held.slide)) <= UNIT_TOLERANCE * size:
+            remedy = "remove [tip], or turn clamp.end.slide"
+            raise BadInput("tip", None, "pulls across clamp.end.slide, and does no work at a point that slides", remedy)
+    elif held is not None and held.position is not None:
         remedy = "remove [tip], or clamp.end.position"
         if tip.tension is not None:
             problem = "cannot be given where clamp.end holds the position: there it is the clamp's reaction"

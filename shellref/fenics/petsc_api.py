@@ -46,6 +46,12 @@ def sparse_matrix(comm: Any, shape_local: tuple[int, int], csr: Csr) -> Any:
     return matrix
 
 
+def collected(comm: Any) -> None:
+    """Free the objects on `comm` that Python no longer holds (collective): PETSc lets them wait, so that all processes
+    free the same ones; until then matrices and factors of meshes that are done with stay in memory."""
+    PETSc.garbage_cleanup(comm)
+
+
 def refill(matrix: Any, csr: Csr) -> None:
     """New values in a matrix made by `sparse_matrix` with the same pattern."""
     matrix.setValuesCSR(*_as_petsc(csr))
@@ -153,7 +159,7 @@ class SymmetricFactor:
             code, detail = self._mumps.getMumpsInfog(1), self._mumps.getMumpsInfog(2)
             if code >= 0:
                 return
-            self._ksp.destroy()  # PETSc never factorises again where it has failed
+            self.destroy()  # PETSc never factorises again where it has failed
             enlarge = code in TOO_SMALL and self._workspace + 1 < len(WORKSPACES)
             self._workspace += enlarge
             self._create()
@@ -186,7 +192,9 @@ class SymmetricFactor:
         return self._mumps.getMumpsInfog(19)
 
     def destroy(self) -> None:
-        """Free MUMPS's memory; the matrix stays."""
+        """Free MUMPS's memory; the matrix stays. Its handle too: PETSc keeps what Python alone holds (PETSc 3.18:
+        objects that are collected wait for `PETSc.garbage_cleanup`)."""
+        self._mumps.destroy()
         self._ksp.destroy()
 
 

@@ -14,7 +14,7 @@ from ribbonbench import sources, system
 from shellref import law
 from shellref.contact import report as contact_report
 from shellref.holds import parts
-from shellref.shell.body import Control, Supports
+from shellref.shell.body import Control
 from shellref.shell.clamps import reactions
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
@@ -41,10 +41,12 @@ class Solver:
     unfinished: Any = None  # the journal of a walk that has reached its end
 
     def __post_init__(self) -> None:
+        from shellref.fenics import petsc_api as petsc
         from shellref.path.newton import Equilibrium
         from shellref.shell.naghdi import NaghdiModel
 
         begin = time.perf_counter()
+        petsc.collected(self.comm)  # of meshes before this one
         self.model = NaghdiModel(self.strip.body, self.options.stabilisation, self.comm, self.options.engine)
         self.equilibrium = Equilibrium(self.model, self.options)
         seconds = time.perf_counter() - begin

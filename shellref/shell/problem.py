@@ -227,16 +227,24 @@ class ShellProblem:
         self._check_holds(put)
         self._check_edges(put)
         self._check_rest()
-        if self.pulled and parts.at_a_point(self.ends[1]):
-            raise ShellInputError(
-                "tip", self.tip, "pulls at an end that `end` holds: leave one of them out, or guide it"
-            )
+        self._check_pull()
         self._check_walls(put)
         check_contact(self, put)
         self._check_path(put)
         self._check_mesh(put)
         if self.half_turns is not None:
             self._check_closed(put)
+
+    def _check_pull(self) -> None:
+        """A force at S = 1 does work there: nothing holds the point, or it slides, and not across the force."""
+        if not self.pulled or not parts.at_a_point(self.ends[1]):
+            return
+        along, force = self.slide[1], self.tip or ()
+        if along is None:
+            remedy = "pulls at an end that `end` holds: leave one of them out, guide it, or let it slide"
+            raise ShellInputError("tip", self.tip, remedy)
+        if abs(sum(a * b for a, b in zip(along, force, strict=True))) <= FRAME_TOLERANCE * math.hypot(*force):
+            raise ShellInputError("tip", self.tip, "pulls across the way on which `end` slides: leave it out")
 
     def _check_rest(self) -> None:
         """What a strip that is no plane at rest allows."""

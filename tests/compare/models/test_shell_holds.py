@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from compare import registry
+from compare.models.base import Options
 from compare.models.holds import shell as shell_holds
 from compare.models.holds.words import at_ends, briefly
 from compare.models.shell_build import shell_problem
@@ -106,6 +107,38 @@ def test_the_ends_of_a_tape_spring_turn_as_a_whole(name):
     assert problem.holds == ("all", "all")
     assert problem.sections == ("undeformed", "undeformed")
     assert problem.turns == (name == "tape_4_2")
+
+
+@pytest.mark.shell
+def test_a_force_at_an_end_that_slides_is_the_ribbons_reaction_where_it_comes_to():
+    """A strip whose end slides along z under a force that is no multiple of that comes to rest somewhere. A ribbon that
+    is clamped there exerts that force along the slide; what is across is the clamp's in both."""
+    pytest.importorskip("dolfinx")
+    there = "position = [1.7, 0.0, 0.0]\n"
+    slides = START + HERE + FRAME + END + there + FRAME + "slide = [0.0, 0.0, 1.0]\n[tip]\nforce = [3.0, 0.0, 8.0]\n"
+    text = STRIP.format(gamma=0.0, gravity="", held=slides).replace("poisson = 0.3", "poisson = 0.0")
+    one = loads(text.replace("natural_curvature = 1.0", "natural_curvature = 0.3"), "slides")
+    shell = registry.model("shell").solve(one, options=Options(error=False))
+    assert shell.ok
+    place = shell.shape.pose(1.0).position
+    np.testing.assert_allclose(place[:2], one.end_position[:2], atol=1e-9)
+    assert abs(place[2] - one.end_position[2]) > 0.02
+    held = one.replace({"clamp.end.slide": None, "tip": False, "clamp.end.position": (2.0 * place).tolist()})
+    ribbon = registry.model("ribbon").solve(held, near=shell.shape, options=Options(error=False))
+    assert ribbon.ok
+    own, other = shell.supports.end.force, ribbon.supports.end.force
+    assert abs(own[2]) < 1e-5
+    assert other[2] == pytest.approx(8.0, rel=1e-3)
+    assert own[0] + 3.0 == pytest.approx(other[0], rel=1e-3)
+    np.testing.assert_allclose(shell.supports.start.force, -own - [3.0, 0.0, 8.0], atol=1e-4)
+
+
+@pytest.mark.parametrize("force", ["[0.0, -1.0, 0.0]", "[1.0, 0.0, 0.0]"])
+def test_a_force_across_the_slide_is_refused(force):
+    held = START + HERE + FRAME + END + THERE + FRAME + f"slide = [0.0, 0.0, 1.0]\n[tip]\nforce = {force}\n"
+    with pytest.raises(BadInput) as caught:
+        loads(STRIP.format(gamma=0.0, gravity="", held=held), "across")
+    assert caught.value.key == "tip"
 
 
 def test_a_path_is_refused_by_its_key():

@@ -98,6 +98,33 @@ def test_workspace_grows_when_it_is_too_small(monkeypatch):
         la.SymmetricFactor(matrix).factor()
 
 
+@pytest.mark.parametrize("ends", ["destroyed", "collected"])
+def test_a_factor_that_is_done_with_leaves_no_memory(ends):
+    """Ten of them, one after the other, take no more memory than two, but for what the allocator keeps."""
+    n = 1500
+    rows = scipy.sparse.random(n, n, 3.0 / n, random_state=1, format="csr")
+    rows = (rows + rows.T + 20.0 * scipy.sparse.identity(n)).tocsr()
+    rows.sort_indices()
+
+    def in_use() -> float:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2.0**20
+
+    known = []
+    for _ in range(10):
+        factor = la.SymmetricFactor(la.sparse_matrix(SELF, (n, n), (rows.indptr, rows.indices, rows.data)))
+        factor.factor()
+        size = factor.memory_mb()
+        if ends == "destroyed":
+            factor.destroy()
+            factor.matrix.destroy()
+        del factor
+        if ends == "collected":
+            la.collected(SELF)
+        known.append(in_use())
+    assert size >= 4
+    assert known[-1] - known[1] < 2.0 * size  # eight stay otherwise
+
+
 def test_what_cannot_be_factored_says_so_and_spoils_nothing():
     dense = symmetric(6)
     matrix, _ = distributed(dense)

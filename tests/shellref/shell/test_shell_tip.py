@@ -59,6 +59,7 @@ def test_nodes_that_move_together_are_three_unknowns():
         ({"tip": (0.0, 1.0)}, "tip"),
         ({"tip": (0.0, float("nan"), 1.0)}, "tip"),
         ({"end": Pose((0.5, 0.0, 0.0), FRAME)}, "tip"),
+        ({"end": Pose((0.5, 0.0, 0.0), FRAME), "slide": (None, (1.0, 0.0, 0.0))}, "tip"),  # the force is along -e_y
         ({"clamp": "free", "clamp_frame": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))}, "clamp"),
         ({"guided": True}, "guided"),
         ({"guided": 1.0, "end": Pose((0.5, 0.0, 0.0), FRAME)}, "guided"),
@@ -69,6 +70,32 @@ def test_what_cannot_be_is_named(change, key):
     with pytest.raises(ShellInputError) as caught:
         replace(CANTILEVER, **change)
     assert caught.value.key == key
+
+
+@shell
+def test_a_column_between_a_clamp_and_one_that_slides_is_eulers_and_beyond():
+    """A dead force along the slide does the work F . delta x of the only component that is free. The column leaves its
+    straight shape at 4 pi^2 D w / l^2, and beyond it is the inflectional elastica of four quarters (A. E. H. Love 1927,
+    article 263): F = 16 K(k)^2, end at 2 E / K - 1, middle 2 k / sqrt(F) . 2 aside, moment F / 2 of that."""
+    from scipy.optimize import brentq
+    from scipy.special import ellipe, ellipk
+
+    column = replace(
+        CANTILEVER, end=Pose((1.0, 0.0, 0.0), FRAME), slide=(None, (1.0, 0.0, 0.0)), tip=(-45.0, 0.0, 0.0),
+        elements=(40, 2),
+    )  # fmt: skip
+    below, found = solve(replace(column, tip=(-39.0, 0.0, 0.0))), solve(column)
+    assert below.section(0.5)["position"][1] == pytest.approx(0.0, abs=1e-9)
+    assert below.stable
+    assert found.stable
+    m = brentq(lambda m: 16.0 * ellipk(m) ** 2 - 45.0, 1e-9, 0.9)
+    aside = 4.0 * np.sqrt(m / 45.0)
+    assert found.section(1.0)["position"] == pytest.approx([2.0 * ellipe(m) / ellipk(m) - 1.0, 0.0, 0.0], abs=1e-4)
+    assert abs(found.section(0.5)["position"][1]) == pytest.approx(aside, rel=1e-3)
+    assert found.clamps["start"]["force"] == pytest.approx([45.0, 0.0, 0.0], abs=1e-4)
+    assert found.clamps["end"]["force"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-4)
+    assert abs(found.clamps["end"]["moment"][2]) == pytest.approx(22.5 * aside, rel=1e-3)
+    assert found.energy["tip"] == pytest.approx(45.0 * found.section(1.0)["position"][0], rel=1e-9)
 
 
 def test_the_force_grows_with_the_weight_and_on_the_path():

@@ -121,6 +121,11 @@ def _cells(told: list[Foot]) -> str:
     return ", ".join(f"{foot.s:.4f} ({foot.share:.3f})" for foot in told)
 
 
+def _with(number: Number) -> str:
+    """A number and its error."""
+    return f"{number} +- {number.error:.1g}"
+
+
 def _rows(state: str) -> list[list[str]]:
     """The ribbon's line, then the shells'."""
     line = ribbon(state)
@@ -196,5 +201,11 @@ def run(out: Path) -> dict[str, Number]:
         "nodes are pushed, a band that slid by half an element would stand on others, and the sliding, which "
         "nothing else resists, is held. It is that force times one arm in each state, on either mesh: "
         f"{'; '.join(arms)} l.",
+        "On the finer mesh, with the change from the coarser one (of a foot half an element): table on edge "
+        f"{numbers['lift_edge']}, fallen {numbers['lift_fallen']} D w / l^2; first foot of the fallen shell at "
+        f"{_with(numbers['foot_fallen'])} l with {_with(numbers['share_fallen'])} of the weight, of the ribbon at "
+        f"{_with(numbers['ribbon_foot_fallen'])} l with {_with(numbers['ribbon_share_fallen'])}; total energy "
+        f"{_with(numbers['total_edge'])} and {_with(numbers['total_fallen'])} D w / l (weight Gamma = 10, thesis "
+        "6.2.1).",
     )  # fmt: skip
     return numbers
