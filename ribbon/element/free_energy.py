@@ -156,8 +156,10 @@ def _panel(code, q, begin, end, k_start, k_slope, section, rest, jet):
             if twist != 0.0:
                 add_pretwist(code, q[0] * s + q[1], q[2] * s + q[3], natural, twist, section, d[g])
             floor = max(floor, natural * natural + twist * twist)
-        if h > shortest and not _smooth(d, floor):
-            ends[waiting] = done + 0.5 * h
+        middle = done + 0.5 * h
+        within = done < middle < ends[waiting - 1]  # a panel of neighbouring numbers has no middle
+        if h > shortest and within and not _smooth(d, floor):
+            ends[waiting] = middle
             waiting += 1
             continue
         for g in range(POINTS):

@@ -101,3 +101,17 @@ def test_a_segment_without_passage_takes_the_energys_own_points():
             for v, w in zip(s, weights, strict=True)
         )
         assert jet(name, strip, q, length)[0] == pytest.approx(plain, rel=1e-12)
+
+
+def test_a_panel_of_neighbouring_numbers_is_not_halved():
+    """The curvature comes to zero at the segment's end to rounding: there a panel is one number long, whose middle is
+    its end. Halved all the same it filled its list of panels, and the memory behind it."""
+    a, b, m, length = (
+        float.fromhex(h)
+        for h in ("-0x1.3fe1d6b4054a5p+5", "0x1.129ea099b9d07p+2", "0x1.4963b2438b974p+0", "0x1.b78da22a13985p-4")
+    )
+    found = jet("sadowsky_kt", STRIPS[0], np.array([a, b, 0.0, m]), length)
+    last = a * length + b
+    assert 0.0 < last < 1e-13
+    assert np.isfinite(found).all()
+    assert found[0] > 0.1 * m**4 / (2.0 * abs(a) * b)
