@@ -77,10 +77,8 @@ def scene_for(scene: Scene, model: str) -> tuple[Scene, str]:
         raise BadInput("--model", model, "is no energy and no model", f"choose from {known}")
     if not isinstance(registry.model(name), Branches):
         able = ", ".join(n for n in registry.names() if isinstance(registry.model(n), Branches))
-        why = (
-            "cannot follow a branch: it gives no tangent with its inertia and null vectors at a point that it is handed"
-        )
-        raise BadInput("--model", model, why, f"choose an energy of one that can: {able}")
+        why = registry.model(name).no_branches
+        raise BadInput("--model", model, f"cannot follow a branch: {why}", f"choose an energy of one that can: {able}")
     return scene, name
 
 
