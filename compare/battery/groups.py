@@ -21,6 +21,7 @@ GROUPS = {
     "shell": "the shell: thin, coiled, incompressible, snapping, coarse",
     "bands": "shells that nothing holds: bands joined after half turns, strips on a table",
     "elastica": "the planar elastica: great weight, S-shapes, branches",
+    "branches": "branches of equilibria: near forks, loops, corners, the end of reach, kills",
     "models": "every model of the registry",
     "own": "scenes as people write them, through the commands: what the terminal and the files say",
     "process": "killed, interrupted, without room, with damaged or foreign files",

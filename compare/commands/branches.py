@@ -118,7 +118,9 @@ def _diagram(options: argparse.Namespace, console: Console, scene: Scene, out: P
     from compare.studies.branches.run import diagram
 
     with Reporter(quiet=options.quiet) as reporter, common.held(out, reporter.step):
-        found = diagram(scene, options.along, options.first, options.last, options.model or (), asked, reporter, out / JOURNAL)
+        found = diagram(
+            scene, options.along, options.first, options.last, options.model or (), asked, reporter, out / JOURNAL
+        )
         reporter.step("writing tables, shapes and the picture")
         write.write(out, found, options.line)
         if not any(branch.ended == "stopped" for branch in found.branches):

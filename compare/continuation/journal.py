@@ -1,8 +1,8 @@
 """What has been solved of a diagram, kept as it comes, so that one that was killed goes on where it was.
 
 A diagram is followed again from its beginning, by the same code, and every equation that is in the journal is answered
-from it and not solved: so the result is that of a run that nothing stopped, to the bit. A record is found by a digest of
-all that was asked before it and of its own question; what differs (other sources, another processor) is solved.
+from it and not solved: so the result is that of a run that nothing stopped, to the bit. A record is found by a digest
+of all that was asked before it and of its own question; what differs (other sources, another processor) is solved.
 
 File: the key of what is followed, 32 bytes; records (digest 16, length 8, checksum of both and of the data 4, data: an
 .npz file, nothing for "none"). What follows the last whole record is cut off.

@@ -406,12 +406,14 @@ class Model(Protocol):
     (`check_keys`).
     What its numbers depend on is not declared: all that its module imports (`compare.registry.home`).
     presenter: where its `compare.pages.presenter.Presenter` stands, as ``module:NAME``; None: what every state has.
+    no_branches: why branches of its equilibria are not followed, of a model that is no `capabilities.Branches`.
     """
 
     name: str
     reads: frozenset[str]
     without_effect: Mapping[str, str]
     presenter: str | None = None
+    no_branches: str = "it gives no tangent with its inertia and null vectors at a point that it is handed"
 
     def refusal(self, scene: Scene) -> BadInput | None:
         """Why this scene is not for this model, beyond its keys; None: it is."""

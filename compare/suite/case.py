@@ -17,7 +17,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from compare.registry import energies
+from compare.models import registry
 from compare.suite.schema import check, schema
 from ribbonbench.errors import BadInput
 
@@ -217,7 +217,7 @@ def first_scene(case: Case) -> Scene:
     """The physics as a scene of the first energy that can be asked for it: some physics are for some models alone.
     `BadInput` of the usual one where there is none."""
     faults: list[BadInput] = []
-    for energy in ("auto", *energies()):
+    for energy in ("auto", *registry.energies()):
         try:
             return case.scene({"energy": energy})
         except BadInput as fault:

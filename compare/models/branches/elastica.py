@@ -35,7 +35,7 @@ _STEP = 1e-4
 #: not resolved.
 FITTED, WORTH, RESOLVED = 1e-4, 0.5, 1e-2
 #: Slack (l) at the least by which angles are measured, and residuals, which rounding bounds.
-_LEAST_SLACK, _FINEST = 1e-9, 1e-4
+_LEAST_SLACK, _FINEST = 1e-9, 1e-5
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -29,6 +29,7 @@ from compare.models.line import Line, LineModel, Task, another_model
 from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
+    from compare.models.capabilities import BranchStart
     from compare.models.curve_angle.start import Walk
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
@@ -187,6 +188,16 @@ class CurveAngleModel(LineModel["Walk", "RodShape"]):
             },
             native=shape,
         )
+
+    def branch_start(
+        self, scene_at: Callable[[float], Scene], say: Reporter | None = None, *, moving: bool = False
+    ) -> BranchStart:
+        """A branch of the rod (`compare.models.branches.curve_angle`)."""
+        from compare.models.branches.curve_angle import branch_start
+
+        if moving:
+            raise BadInput("--moving", None, "moves elements, and a rod's stay where they are", "leave it out")
+        return branch_start(scene_at, self.solve(scene_at(0.0), options=Options(error=False), say=say))
 
     def switches(self, scene: Scene) -> Sequence[Effect | Switch]:
         """Loads, ends, rest shape."""

@@ -131,6 +131,10 @@ class TapeModel(LineModel["Folding", "Tape"]):
     presenter = "compare.pages.rods.tape:PRESENTER"
     sizes = (100.0, 200.0, 400.0, 800.0)
     not_found = "no equilibrium was found on elements half as long"
+    no_branches = (
+        "a tape's tangent is known along the way of its holds alone, which it follows by arc length itself: give that "
+        "way as a [[path]] and solve it (past snap-backs, with every jump told)"
+    )
     reads = (
         keys.STRIP - keys.NATURAL | keys.CROSS_CURVED | keys.BOTH_CLAMPS - keys.RULINGS
         | keys.ENERGY | keys.ELEMENTS | keys.BUDGET | keys.PATH

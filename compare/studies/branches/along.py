@@ -73,6 +73,13 @@ def taken_apart(key: str) -> tuple[str, int | None]:
     return (found[1], int(found[2])) if found else (key, None)
 
 
+def number_of(scene: Scene, key: str) -> float:
+    """The scene's own value of a key, or of one component of it."""
+    whole, component = taken_apart(key)
+    now = value_of(scene, whole)
+    return float(now if component is None else now[component])
+
+
 def placed(scene: Scene, option: str, key: str, value: float, at: str | None = None) -> Scene:
     """The scene with a number replaced, a key or one component of it. `BadInput`, of the option, for a key that is
     none, and, of the option `at` where there is one, for a value that cannot be."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +30,7 @@ from compare.store.progress import Reporter
 from compare.store.provenance import software
 from compare.store.store import case_key
 from compare.studies.branches import freed
-from compare.studies.branches.along import Along
+from compare.studies.branches.along import Along, number_of, placed
 from compare.studies.branches.diagram import Branch, BranchPoint, Diagram
 from ribbonbench.errors import BadInput
 from ribbonbench.threads import alone
@@ -76,10 +77,8 @@ def scene_for(scene: Scene, model: str) -> tuple[Scene, str]:
         raise BadInput("--model", model, "is no energy and no model", f"choose from {known}")
     if not isinstance(registry.model(name), Branches):
         able = ", ".join(n for n in registry.names() if isinstance(registry.model(n), Branches))
-        why = (
-            "cannot follow a branch: it gives no tangent with its inertia and null vectors at a point that it is handed"
-        )
-        raise BadInput("--model", model, why, f"choose an energy of one that can: {able}")
+        why = registry.model(name).no_branches
+        raise BadInput("--model", model, f"cannot follow a branch: {why}", f"choose an energy of one that can: {able}")
     return scene, name
 
 
@@ -127,9 +126,7 @@ def diagram(
     return Diagram(scene, chosen[0][2], tuple(branches), starts, left)
 
 
-def _key(
-    scene: Scene, key: str, first: float | None, last: float | None, words: Sequence[str], asked: Asked
-) -> str:
+def _key(scene: Scene, key: str, first: float | None, last: float | None, words: Sequence[str], asked: Asked) -> str:
     """Of what is followed, however long it may take."""
     homes = {registry.home(scene_for(scene, word)[1]) for word in words}
     what = [key, first, last, *words, asdict(replace(asked, budget=None))]
@@ -150,6 +147,27 @@ def branch(
     "path"), from `start` to `stop` in the scene's unit; model: an energy, or a model's name. Raises `BadInput`."""
     asked = Asked(branches=1, steps=steps, errors=errors)
     yield from diagram(scene, along, start, stop, () if model is None else (model,), asked).branches[0].points
+
+
+def through(scene: Scene, key: str, low: float, high: float, steps: int = STEPS) -> tuple[str, list[tuple[str, float]]]:
+    """The branch through the scene itself, whose `key` is between low and high: how it ends (at one of both, or
+    "closed"), kinds and values of its folds, branch points and events in order. Raises `BadInput`."""
+    own, name = scene_for(scene, scene.model.energy)
+    now = number_of(own, key)
+
+    @lru_cache(maxsize=64)
+    def scene_at(t: float) -> Scene:
+        return placed(own, "--along", key, now + t * (high - now))
+
+    model = registry.model(name)
+    assert isinstance(model, Branches)
+    start = model.branch_start(scene_at)
+    options = Options(steps=steps)
+    first = first_point(start.system, start.z, 0.0, options.tolerance)
+    if first is None:
+        raise BadInput("--along", key, "has no regular equilibrium at the scene's own value", "begin beside it")
+    run = follow(first, ((low - now) / (high - now), 1.0), options)
+    return run.ended, [(special.kind, now + special.point.t * (high - now)) for special in run.specials]
 
 
 class _Models:

@@ -211,7 +211,7 @@ def test_bounds_that_begin_to_hold_are_events_and_the_branch_goes_on():
         ("clamp.end.position[7]", 0.0, 0.5, (), "--along"),
         ("model.energy", 0.0, 0.5, (), "--along"),
         ("path", None, None, (), "--along"),
-        (SHIFT, 0.0, 0.5, ("curve_angle",), "--model"),
+        (SHIFT, 0.0, 0.5, ("tape",), "--model"),
         (SHIFT, 0.0, 0.5, ("soap",), "--model"),
         (SHIFT, 0.0, 0.5, ("elastica", "elastica"), "--model"),
     ],
