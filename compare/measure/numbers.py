@@ -4,7 +4,8 @@ Numbers go by dotted names, as in `result.json`: "forces.start", "forces.walls.0
 "energy.elastic" (D w / l), "lowest_eigenvalue", "max_abs_eta". Of a force or moment (3,) the error is one number, in
 the Euclidean norm. "moments.walls.0" (about the origin) and "gaps.walls.0" (l) are there of models that tell them.
 "lines.0.2" (4,) are the ends (l) of the two lines along which the strip touches wall 0: on elements
-on which it touches in more or fewer lines that is another number, and there is no error. "friction.0" (3,) is the friction of wall 0 (D w / l^2), where it rubs.
+on which it touches in more or fewer lines that is another number, and there is no error.
+"friction.0" (3,) is the friction of wall 0 (D w / l^2), where it rubs.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 With the largest friction b = mu N of every place known, an increment is a minimum (`ribbon.problems.friction.term`).
 Its pushes N give other bounds, its friction T better guesses, its contacts other places: the next minimum. That is
 Tresca's friction iterated (P. D. Panagiotopoulos 1975, doi:10.1007/BF02152596); it settles for coefficients that are
-not large. At its end bounds are mu N, guesses T, and places where the strip touches, all to `SETTLED` or `LEFT`: Coulomb's law
-holds at the end of the increment, not in the middle of it (backward Euler's rule).
+not large. At its end bounds are mu N, guesses T, and places where the strip touches, all to `SETTLED` or `LEFT`:
+Coulomb's law holds at the end of the increment, not in the middle of it (backward Euler's rule).
 """
 
 from __future__ import annotations
@@ -89,9 +89,7 @@ def _begun(problem: MixedProblem, state: Equilibrium, how: How) -> Minimum:
     return relax.from_near(problem, x, how.options, how.progress)
 
 
-def _next(
-    problem: MixedProblem, rubs: tuple[Rub, ...], minimum: Minimum, how: How
-) -> tuple[MixedProblem, Minimum]:
+def _next(problem: MixedProblem, rubs: tuple[Rub, ...], minimum: Minimum, how: How) -> tuple[MixedProblem, Minimum]:
     """The problem with other bounds and guesses and its minimum, from that with the ones before; with softer places
     where none is found at once."""
     options = {**(how.options or {}), "max_iter": _STEPS_NEXT}

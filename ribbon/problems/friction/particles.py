@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from ribbon.element import quaternion
 from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.layout import OMEGA, POSITION, QUATERNION
-from ribbon.problems.touching import TouchRows, Nearest
+from ribbon.problems.touching import Nearest, TouchRows
 
 FloatArray = NDArray[np.float64]
 Vector = tuple[float, float, float]

@@ -28,6 +28,7 @@ from ribbon.problems.friction.particles import ParticleRows, Rub, Vector
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+
 class Group(NamedTuple):
     """Rubs of one normal: which (k,), two directions along the wall (2, 3), and the rows along each."""
 

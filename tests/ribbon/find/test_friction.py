@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -43,7 +44,7 @@ def test_what_is_said_to_slip_is_how_far_the_particle_went() -> None:
     slope, mu = measured.SLIDES
     states = measured.pressed(slope, mu, (measured.FALL,), 10, 2)
     lost = 0.0
-    for before, after in zip(states[1:-1], states[2:], strict=True):
+    for before, after in pairwise(states[1:]):
         rubs = after.walls[0].rubs
         assert rubs
         material = np.array([[rub.s + rub.v * float(after.eta([min(rub.s, 1.0)])[0]), rub.v] for rub in rubs])

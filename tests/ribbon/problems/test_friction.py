@@ -30,7 +30,9 @@ def _problem(energy: str, bound: float, random: np.random.Generator) -> tuple[Mi
     x = problem.state(random.normal(size=5), 0.3 * random.normal(size=5))
     normal = np.array([0.2, 1.0, 0.1]) / np.linalg.norm([0.2, 1.0, 0.1])
     rubs = tuple(
-        Rub(0, s, side, particle, tuple(normal), tuple(random.normal(size=3)), bound, tuple(random.normal(size=3)), 10.0)
+        Rub(
+            0, s, side, particle, tuple(normal), tuple(random.normal(size=3)), bound, tuple(random.normal(size=3)), 10.0
+        )
         for s, side, particle in PLACES
     )
     return problem.with_changes(rubs=rubs), x
@@ -71,7 +73,9 @@ def test_the_particles_are_those_of_the_surface() -> None:
     r, frame, _, eta = centreline(q, problem.lengths, points, frames, foot, problem.exponent_limit)
     there = r + material[:, 1:] * (frame[:, :, 0] + eta[:, None] * frame[:, :, 2])
     own = problem.friction.points(x)
-    inside = np.array([problem.segment_at(s) == problem.segment_at(f) for (s, _, _), f in zip(PLACES, foot, strict=True)])
+    inside = np.array(
+        [problem.segment_at(s) == problem.segment_at(f) for (s, _, _), f in zip(PLACES, foot, strict=True)]
+    )
     assert inside.any()
     np.testing.assert_allclose(own[inside], there[inside], atol=1e-12)
 
