@@ -315,13 +315,16 @@ def run(out: Path) -> dict[str, Number]:
         "lengths in l, forces in D w / l^2, work in D w / l.",
         "## An end pressed on a floor",
         f"A strip is clamped {SLIDES[0]:g} degrees below the horizontal, its free end on the floor, mu = "
-        f"{SLIDES[1]:g}; the clamp falls by {FALL:g} l in two increments, and the end slides outwards. Shooting on the elastica with "
+        f"{SLIDES[1]:g}; the clamp falls by {FALL:g} l in two increments, and the end slides outwards. Shooting "
+        f"on the elastica with "
         f"the friction mu N against the slip has N = {push:.8f}. Then the clamp is lifted by 0.001 l: the end sticks, "
         "and N and T are those of shooting with the end held where it was.",
         page.table(["segments", "N", "T / N", "N off, of it", "end off", "lifted: N, T off"], rows),
         f"In 1, 2 and 8 increments N is {', '.join(f'{one:.0e}' for one in by_steps)} of it off shooting: what "
-        "slides one way does not depend on the increments. For falls d that are small N / d tends to the beam's 3 / (cos a "
-        f"(cos a - mu sin a)): off by {', '.join(f'{one:.1e}' for one in smalls)} at d = {', '.join(f'{d:g}' for d in SMALL)}.",
+        "slides one way does not depend on the increments. For falls d that are small N / d tends to the beam's "
+        "3 / (cos a "
+        f"(cos a - mu sin a)): off by {', '.join(f'{one:.1e}' for one in smalls)} at d = "
+        f"{', '.join(f'{d:g}' for d in SMALL)}.",
         f"At {STICKS[0]:g} degrees and mu = {STICKS[1]:g} > cot {STICKS[0]:g} degrees the end does not slide at all: "
         f"the strip buckles between clamp and end. After a fall of {STUCK_FALL:g} l T / N = {ratio:.5f}, the end went "
         f"{abs(went):.0e} l, and N is {far:.0e} of it off shooting with the end held (20 segments).",
@@ -332,7 +335,8 @@ def run(out: Path) -> dict[str, Number]:
         "## A fold pressed and let go",
         f"A strip is clamped at one end and hinged at the other, 0.1 l nearer than it is long; a roof comes down on "
         f"the fold from {TOP:g} to {LOW:g} l and goes up again, {steps} increments each way, {FOLD} segments. Force on "
-        f"the roof at {MIDDLE:g} l, what friction took away, over mu too, the work of the roof round the loop, and by how "
+        f"the roof at {MIDDLE:g} l, what friction took away, over mu too, the work of the roof round the loop, "
+        f"and by how "
         "much Coulomb's law is missed in any state (`compare.measure.friction`).",
         page.table(["mu", "F down", "F up", "lost", "lost / mu", "work of the roof", "law"], loops),
         f"Without friction both are {free[0]:.4f} and {free[1]:.4f}. Increments halved, mu = {MUS[0]:g}; the balance "
