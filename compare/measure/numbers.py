@@ -6,7 +6,8 @@ the Euclidean norm. "moments.walls.0" (about the origin), "gaps.walls.0" (l), "m
 "greatest_pressures.walls.0" (D / l^3) are there of models that tell them.
 "forces.itself" is what parts of the strip that keep apart exert on each other.
 "lines.0.2" (4,) are the ends (l) of the two lines along which the strip touches wall 0: on elements
-on which it touches in more or fewer lines that is another number, and there is no error. "friction.0" (3,) is the friction of wall 0 (D w / l^2), where it rubs.
+on which it touches in more or fewer lines that is another number, and there is no error.
+"friction.0" (3,) is the friction of wall 0 (D w / l^2), where it rubs.
 """
 
 from __future__ import annotations

@@ -370,9 +370,7 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     return found
 
 
-def _rubbing(
-    wall: Mapping[str, Any], kind: str, state: State, number: int, units: Units
-) -> list[tuple[str, str]]:
+def _rubbing(wall: Mapping[str, Any], kind: str, state: State, number: int, units: Units) -> list[tuple[str, str]]:
     """The friction of a wall with its error, and at how many places the strip sticks and slips; none without."""
     if "friction" not in wall:
         return []

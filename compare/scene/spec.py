@@ -393,8 +393,9 @@ class ContactSpec:
 
 @dataclass(frozen=True)
 class ObstacleSpec:
-    """An obstacle, without friction or along a path with Coulomb's: a cylinder without ends, a sphere, a box, or a half space with an edge; the strip
-    stays outside it, or inside. Which keys go with which kind: `compare.scene.inputs.bodies`."""
+    """An obstacle, without friction or along a path with Coulomb's: a cylinder without ends, a sphere, a box, or a half
+    space with an edge; the strip stays outside it, or inside. Which keys go with which kind:
+    `compare.scene.inputs.bodies`."""
 
     kind: str = key(
         Kind.CHOICE, "what the obstacle is", example='"cylinder"',

@@ -87,6 +87,8 @@ class _Row:
 def prices(scene: Scene, state: State) -> tuple[Priced, ...]:
     """Every effect of a ribbon's state, in no order. Raises `NotDifferentiable` for a state without a tangent."""
     e: Equilibrium = state.native
+    if e.before is not None:
+        raise NotDifferentiable("how it lies depends on its way there, by friction")
     thickness = _thickness(scene)
     rows = [*_loads(scene, e), *_energies(scene, e, thickness), *_strains(scene, e, thickness)]
     rows += _dropped(scene, e, thickness)

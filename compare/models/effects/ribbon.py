@@ -26,6 +26,7 @@ from compare.models.effects.ribbon_off import (
 )
 from compare.models.effects.switches import at_rest
 from compare.models.ribbon.build import formulation_why, has_free_twist
+from compare.models.ribbon.friction import rubs
 from compare.models.scope import require_shell
 from compare.scene.inputs.law import values, words
 from compare.scene.scene import Scene
@@ -282,6 +283,9 @@ def _walls(scene: Scene, problem: Any) -> list[Effect]:
     if any(not obstacle.inside for obstacle in scene.obstacles):
         adds += ", and points between them where an obstacle reaches there"
     found = [_effect("contact", True, why, adds)]
+    if rubs(scene):
+        adds = "a term of the energy at every place that is pushed, and rounds of minima in every step of the path"
+        found.append(_effect("friction", True, "wall.friction or obstacle.friction", adds))
     if not plates:
         return [*found, _effect("pressure plates", False, "no wall has a stiffness", "no unknown")]
     adds = f"{plates} unknown{'s' if plates > 1 else ''} (heights) and their springs' energy"

@@ -55,6 +55,11 @@ def _plates(scene: Scene) -> dict[str, Any]:
     return {f"wall.{k}.stiffness": None for k, wall in enumerate(scene.walls) if wall.stiffness is not None}
 
 
+def _rough(scene: Scene) -> dict[str, Any]:
+    walls = {f"wall.{k}.friction": None for k, wall in enumerate(scene.walls) if wall.friction}
+    return walls | {f"obstacle.{k}.friction": None for k, body in enumerate(scene.obstacles) if body.friction}
+
+
 _KEYS: Mapping[str, Callable[[Scene], dict[str, Any]]] = {
     "gravity": weightless,
     "load at the tip": lambda scene: {"tip": None},
@@ -67,6 +72,7 @@ _KEYS: Mapping[str, Callable[[Scene], dict[str, Any]]] = {
     "straight rulings": _straight,
     "contact": lambda scene: {"wall": None} | ({"obstacle": None} if scene.obstacles else {}),
     "pressure plates": _plates,
+    "friction": _rough,
     "continuation path": lambda scene: {"path": None},
     "adaptive segments": lambda scene: {"model.elements": DEFAULT_ELEMENTS},
 }

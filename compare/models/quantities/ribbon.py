@@ -75,8 +75,13 @@ PATH: tuple[Quantity[Answered], ...] = (
     Quantity("path.rejected", kind=DATA, of=_along(lambda a: len(a.state.log) - _accepted(a))),
     Quantity("path.jumps", kind=DATA, of=_along(lambda a: sum(bool(e["accepted"] and e["jump"]) for e in a.state.log))),
     Quantity("path.resumed", kind=DATA, of=_along(lambda a: a.state.reused)),
-    Quantity("path.friction_lost", unit="D w / l", kind=DATA, note="work that friction took away along the path",
-             of=_along(lambda a: ABSENT if a.state.native.rubbed is None else a.state.native.rubbed)),
+    Quantity(
+        "path.friction_lost",
+        unit="D w / l",
+        kind=DATA,
+        note="work that friction took away along the path",
+        of=_along(lambda a: ABSENT if a.state.native.rubbed is None else a.state.native.rubbed),
+    ),
     Quantity("path.log", kind=DATA, of=_along(lambda a: a.state.log)),
 )
 QUANTITIES: tuple[Quantity[Answered], ...] = (

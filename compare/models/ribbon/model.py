@@ -67,7 +67,8 @@ class RibbonModel(Model):
     }
     reads = (
         keys.STRIP | keys.SHAPED | keys.TIP | keys.WEIGHT | keys.OVER_THE_SURFACE | keys.BOTH_CLAMPS | keys.CLOSURE
-        | keys.HALF_TURNS | keys.WALLS | keys.OBSTACLES | keys.FRICTION | keys.CONTACT | keys.MODEL - keys.ARC_LENGTH | keys.SEED
+        | keys.HALF_TURNS | keys.WALLS | keys.OBSTACLES | keys.FRICTION | keys.CONTACT
+        | keys.MODEL - keys.ARC_LENGTH | keys.SEED
         | keys.PATH
     )  # fmt: skip
     without_effect = keys.because(

@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from compare.measure.load_curve import watched
-from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
 from compare.models.ribbon import friction
+from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
 from compare.models.ribbon.fields import fields
 from compare.scene.change import value_of
 from compare.scene.homotopy import Homotopy, between
@@ -243,9 +243,15 @@ class _Walk:
         if leg.continuous and not leg.switched:
             return replace(place, stage=stage, t=0.0)
         t = 0.0 if leg.continuous else 1.0
+        if self.rubs and not leg.switched:  # what rubs stays as it lies
+            return replace(place, stage=stage, t=1.0)
         clock = time.perf_counter()
         with within(self.stages[stage].model.budget):
-            found = switch(self.problem(stage, t), replace(place.equilibrium, log=()), leave_saddle=self.leave_saddle)
+            problem, begin = self.problem(stage, t), replace(place.equilibrium, log=())
+            if self.rubs and len(problem.walls) == len(begin.problem.walls):
+                found = rubbing.stepped(problem, begin)
+            else:
+                found = switch(problem, begin, leave_saddle=self.leave_saddle)
         entry = self._solved(stage, t, found, time.perf_counter() - clock)
         return self._accept(_Place(stage, t, found, (*place.log, entry)))
 

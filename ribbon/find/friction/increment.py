@@ -3,8 +3,8 @@
 With the largest friction b = mu N of every place known, an increment is a minimum (`ribbon.problems.friction.term`).
 Its pushes N give other bounds, its friction T better guesses, its contacts other places: the next minimum. That is
 Tresca's friction iterated (P. D. Panagiotopoulos 1975, doi:10.1007/BF02152596); it settles for coefficients that are
-not large. At its end bounds are mu N, guesses T, and places where the strip touches, all to `SETTLED`: Coulomb's law
-holds at the end of the increment, not in the middle of it (backward Euler's rule).
+not large. At its end bounds are mu N, guesses T, and places where the strip touches, all to `SETTLED` or `LEFT`:
+Coulomb's law holds at the end of the increment, not in the middle of it (backward Euler's rule).
 """
 
 from __future__ import annotations
@@ -31,9 +31,13 @@ from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum
 
 FloatArray = NDArray[np.float64]
 
-#: Rounds of an increment at the most; change of bounds and friction (over the largest push, at least 1) that ends them.
+#: Rounds of an increment at the most; change of bounds and friction (over the largest push, at least 1) that ends them,
+#: and one that does where it has not fallen to a half for so many rounds: gaps of a barrier, times the stiffness.
 ROUNDS = 60
-SETTLED = 1e-8
+SETTLED, LEFT, IDLE = 1e-8, 5e-7, 4
+#: r (D w / l^3) of an increment's first round, where places are yet to stick or slip, its growth, and the largest: what
+#: is left of a slip where a place sticks falls by about (the strip's stiffness) / r a round.
+SOFT, STIFFER, STIFF = 1e3, 4.0, 1.6e4
 #: Push from which a place rubs, over the largest (at least 1 D w / l^2): below it is what an interior point leaves.
 LEAST = 1e-8
 #: Steps of a minimiser in the first round, and in one after it.
@@ -54,21 +58,20 @@ def increment(problem: MixedProblem, state: Equilibrium, history: History, how: 
 def _settled(problem: MixedProblem, state: Equilibrium, history: History, how: How) -> Equilibrium:
     minimum = _begun(problem, state, how)
     change, count = np.inf, minimum.iterations
+    least, idle = np.inf, 0
     for _ in range(ROUNDS):
         if minimum.residual > RESIDUAL_TOLERANCE or spent():
             break
         problem, minimum = contacts.held(problem, minimum, how.options, how.progress)
         rubs = rubbing(problem, minimum.x, minimum.rows, history)
         change = difference(problem, minimum, rubs)
-        if change <= SETTLED:
+        least, idle = (change, 0) if change < 0.5 * least else (least, idle + 1)
+        if change <= SETTLED or (change <= LEFT and idle >= IDLE):
             break
-        fresh = problem.with_changes(rubs=rubs)
-        fresh.counters.add(problem.counters)
-        minimum = _next(problem, fresh, minimum, how)
+        problem, minimum = _next(problem, rubs, minimum, how)
         count += minimum.iterations
-        problem = fresh
     found = judged(problem, replace(minimum, iterations=count), how)
-    if found.status not in (Status.CONVERGED, Status.SADDLE) or change <= SETTLED:
+    if found.status not in (Status.CONVERGED, Status.SADDLE) or change <= LEFT:
         return found
     text = Note.RUBS_UNSETTLED.text(change=change, rounds=ROUNDS)
     return replace(found, status=Status.NOT_CONVERGED, stable=None, message=text, notes=(Note.RUBS_UNSETTLED,))
@@ -86,14 +89,18 @@ def _begun(problem: MixedProblem, state: Equilibrium, how: How) -> Minimum:
     return relax.from_near(problem, x, how.options, how.progress)
 
 
-def _next(problem: MixedProblem, fresh: MixedProblem, minimum: Minimum, how: How) -> Minimum:
-    """The minimum with other bounds and guesses, from that with the ones before."""
+def _next(problem: MixedProblem, rubs: tuple[Rub, ...], minimum: Minimum, how: How) -> tuple[MixedProblem, Minimum]:
+    """The problem with other bounds and guesses and its minimum, from that with the ones before; with softer places
+    where none is found at once."""
     options = {**(how.options or {}), "max_iter": _STEPS_NEXT}
-    if list(problem.block_slices()) == list(fresh.block_slices()):
-        found = choose.minimise(fresh, minimum.x, options, how.progress, (minimum.rows, minimum.multipliers))
-        if found.residual <= RESIDUAL_TOLERANCE:
-            return found
-    return relax.from_near(fresh, minimum.x, how.options, how.progress)
+    for own in (rubs, tuple(rub._replace(stiffness=SOFT) for rub in rubs)):
+        fresh = problem.with_changes(rubs=own)
+        fresh.counters.add(problem.counters)
+        if list(problem.block_slices()) == list(fresh.block_slices()):
+            found = choose.minimise(fresh, minimum.x, options, how.progress, (minimum.rows, minimum.multipliers))
+            if found.residual <= RESIDUAL_TOLERANCE:
+                return fresh, found
+    return fresh, relax.from_near(fresh, minimum.x, how.options, how.progress)
 
 
 def _again(problem: MixedProblem, state: Equilibrium, history: History) -> tuple[Rub, ...]:
@@ -102,7 +109,7 @@ def _again(problem: MixedProblem, state: Equilibrium, history: History) -> tuple
     if not isinstance(old, MixedProblem) or len(old.walls) != len(problem.walls) or state.rows.size != old.row_count:
         return ()
     rubs = rubbing(old.with_changes(walls=problem.walls, rubs=old.rubs), state.x, state.rows, history)
-    return tuple(_with_places(problem, history, rubs))
+    return tuple(rub._replace(stiffness=SOFT) for rub in _with_places(problem, history, rubs))
 
 
 def _with_places(problem: MixedProblem, history: History, rubs: tuple[Rub, ...]) -> list[Rub]:
@@ -129,10 +136,12 @@ def rubbing(problem: MixedProblem, x: FloatArray, rows: FloatArray, history: His
             if push <= least or not history.known(k, s):
                 continue
             near = [pair for pair in own if pair[0].side == side] or own
-            force = np.zeros(3)
+            force, stiffness = np.zeros(3), SOFT
             if near:
-                force = min(near, key=lambda pair: abs(pair[0].s - s))[1]
-            found.append(_rub(problem, x, k, s, side, wall.friction * push, force))
+                old, force = min(near, key=lambda pair: abs(pair[0].s - s))
+                stiffness = min(STIFF, STIFFER * old.stiffness)
+            rub = _rub(problem, x, k, s, side, wall.friction * push, force)
+            found.append(rub._replace(stiffness=stiffness))
     return tuple(_with_places(problem, history, tuple(found)))
 
 

@@ -78,7 +78,7 @@ def follow(
             target = 1.0
         step = target - t
         clock = time.perf_counter()
-        new = _stepped(problem_at(target), state, How(progress=progress))
+        new = stepped(problem_at(target), state, How(progress=progress))
         seconds = time.perf_counter() - clock
         moved, jump, _ = movement(state, new, speed, step) if new.status in _GOOD else (0.0, False, None)
         jump = jump and moved > _STILL
@@ -112,11 +112,12 @@ def _held(start: Equilibrium, progress: Progress | None) -> Equilibrium:
     return replace(found if found.status in _GOOD else start, log=start.log)
 
 
-def _stepped(problem: Problem, state: Equilibrium, how: How) -> Equilibrium:
+def stepped(problem: Problem, state: Equilibrium, how: How | None = None) -> Equilibrium:
+    """The equilibrium of `problem` one increment behind `state`; whatever its status."""
     problem = anchored(problem, state)
     assert isinstance(problem, MixedProblem)
     history = History.of(state)
-    new = increment(problem, state, history, how)
+    new = increment(problem, state, history, how or How())
     if new.status not in _GOOD:
         return new
     return replace(new, rubbed=(state.rubbed or 0.0) + lost(new), before=history.state)

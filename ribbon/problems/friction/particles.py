@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from ribbon.element import quaternion
 from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems.layout import OMEGA, POSITION, QUATERNION
-from ribbon.problems.touching import TouchRows, Nearest
+from ribbon.problems.touching import Nearest, TouchRows
 
 FloatArray = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -39,7 +39,7 @@ class Rub(NamedTuple):
     wall: its number; s, side: abscissa of the particle's ruling (its segment's choice) and where across, in half
     widths; particle: S in l; normal: of the wall there; place: where on the wall, as it stands now, the particle was at
     the end of the last increment, in l; bound: the largest friction, mu N, in D w / l^2; force: what the particle
-    exerts on the wall along it, as far as it is known, in D w / l^2.
+    exerts on the wall along it, as far as it is known, in D w / l^2; stiffness: r of `ribbon.problems.friction.term`.
     """
 
     wall: int
@@ -50,6 +50,7 @@ class Rub(NamedTuple):
     place: Vector
     bound: float
     force: Vector
+    stiffness: float = 1e4
 
 
 @dataclass(frozen=True)

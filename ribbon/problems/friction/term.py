@@ -28,9 +28,6 @@ from ribbon.problems.friction.particles import ParticleRows, Rub, Vector
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: r, in D w / l^3: what is left of a slip where a place sticks falls by about (the strip's stiffness) / r a round.
-STIFFNESS = 1e5
-
 
 class Group(NamedTuple):
     """Rubs of one normal: which (k,), two directions along the wall (2, 3), and the rows along each."""
@@ -45,8 +42,9 @@ def tangents(normal: Sequence[float] | FloatArray) -> FloatArray:
     return np.asarray(np.linalg.svd(np.asarray(normal, dtype=float)[None, :])[2][1:])
 
 
-def rubbed(t: FloatArray, bound: FloatArray, stiffness: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """psi + |L|^2 / (2 r) (k,), T (k, 2) and its derivative by u (k, 2, 2) of trials t (k, 2), bounds (k,)."""
+def rubbed(t: FloatArray, bound: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """psi + |L|^2 / (2 r) (k,), T (k, 2) and its derivative by u (k, 2, 2) of trials t (k, 2), bounds (k,) and
+    stiffnesses (k,)."""
     size = np.linalg.norm(t, axis=1)
     slips = size > bound
     safe = np.where(size > 0.0, size, 1.0)
@@ -55,7 +53,7 @@ def rubbed(t: FloatArray, bound: FloatArray, stiffness: float) -> tuple[FloatArr
     e = t / safe[:, None]
     turned = np.eye(2) - slips[:, None, None] * e[:, :, None] * e[:, None, :]
     value = (size**2 - over**2) / (2.0 * stiffness)
-    return value, part[:, None] * t, stiffness * part[:, None, None] * turned
+    return value, part[:, None] * t, (stiffness * part)[:, None, None] * turned
 
 
 def grouped(rubs: Sequence[Rub], rows_of: Callable[[list[Rub], FloatArray], ParticleRows]) -> list[Group]:
@@ -80,6 +78,7 @@ class Friction:
         self.bound = np.array([rub.bound for rub in rubs])
         self.place = np.array([rub.place for rub in rubs])
         self.guess = np.array([rub.force for rub in rubs])
+        self.stiffness = np.array([rub.stiffness for rub in rubs])
 
     def slips(self, x: FloatArray) -> FloatArray:
         """u (k, 3): how far each particle went along its wall since the last increment, in l."""
@@ -101,8 +100,9 @@ class Friction:
             [rows.values(x) - self.place[group.which] @ e for e, rows in zip(group.along, group.rows, strict=True)]
         )
         guess = self.guess[group.which] @ group.along.T
-        value, force, slope = rubbed(guess + STIFFNESS * u, self.bound[group.which], STIFFNESS)
-        return value - np.sum(guess**2, axis=1) / (2.0 * STIFFNESS), force, slope
+        stiffness = self.stiffness[group.which]
+        value, force, slope = rubbed(guess + stiffness[:, None] * u, self.bound[group.which], stiffness)
+        return value - np.sum(guess**2, axis=1) / (2.0 * stiffness), force, slope
 
     def value(self, x: FloatArray) -> float:
         """Sum of psi, D w / l."""

@@ -139,6 +139,7 @@ APART = {
     "contact.section": "test_contact_itself",
     "path.steps": "how a path is cut (test_way)", "wall.name": "a name", "wall.point": "test_the_wall",
     "wall.normal": "test_the_wall", "wall.stiffness": "test_the_wall", "shell.contact": "test_the_wall",
+    "wall.friction": "of a path (test_friction)", "obstacle.friction": "the same",
     "obstacle.name": "a name", **{f"obstacle.{key}": "test_the_obstacle" for key in (
         "kind", "point", "radius", "axis", "inside", "normal", "size", "angle", "rounding")},
     **{key: "how sure an input is (test_inputs)" for key in KEYS if key.startswith("uncertainty.")},

@@ -311,32 +311,36 @@ def run(out: Path) -> dict[str, Number]:
     mesh = math.log2(abs(by_mesh[0] / by_mesh[1]))
     page.write(
         out / "friction.md", "A strip that rubs", "python -m tests.validation friction",
-        "Coulomb friction along a path (theory, eq. (5.13) to (5.15)), `sadowsky`, no weight unless it is named; lengths "
-        "in l, forces in D w / l^2, work in D w / l.",
+        "Coulomb friction along a path (theory, eq. (5.14) to (5.16)), `sadowsky`, no weight unless it is named; "
+        "lengths in l, forces in D w / l^2, work in D w / l.",
         "## An end pressed on a floor",
-        f"A strip is clamped {SLIDES[0]:g} degrees below the horizontal, its free end on the floor, mu = {SLIDES[1]:g}; "
-        f"the clamp falls by {FALL:g} l in two increments, and the end slides outwards. Shooting on the elastica with "
+        f"A strip is clamped {SLIDES[0]:g} degrees below the horizontal, its free end on the floor, mu = "
+        f"{SLIDES[1]:g}; the clamp falls by {FALL:g} l in two increments, and the end slides outwards. Shooting "
+        f"on the elastica with "
         f"the friction mu N against the slip has N = {push:.8f}. Then the clamp is lifted by 0.001 l: the end sticks, "
         "and N and T are those of shooting with the end held where it was.",
         page.table(["segments", "N", "T / N", "N off, of it", "end off", "lifted: N, T off"], rows),
-        f"In 1, 2 and 8 increments N is {', '.join(f'{one:.0e}' for one in by_steps)} of it off shooting: what slides one "
-        "way does not depend on the increments. For falls d that are small N / d tends to the beam's 3 / (cos a (cos a - "
-        f"mu sin a)): off by {', '.join(f'{one:.1e}' for one in smalls)} at d = {', '.join(f'{d:g}' for d in SMALL)}.",
-        f"At {STICKS[0]:g} degrees and mu = {STICKS[1]:g} > cot {STICKS[0]:g} degrees the end does not slide at all: the "
-        f"strip buckles between clamp and end. After a fall of {STUCK_FALL:g} l T / N = {ratio:.5f}, the end went "
+        f"In 1, 2 and 8 increments N is {', '.join(f'{one:.0e}' for one in by_steps)} of it off shooting: what "
+        "slides one way does not depend on the increments. For falls d that are small N / d tends to the beam's "
+        "3 / (cos a "
+        f"(cos a - mu sin a)): off by {', '.join(f'{one:.1e}' for one in smalls)} at d = "
+        f"{', '.join(f'{d:g}' for d in SMALL)}.",
+        f"At {STICKS[0]:g} degrees and mu = {STICKS[1]:g} > cot {STICKS[0]:g} degrees the end does not slide at all: "
+        f"the strip buckles between clamp and end. After a fall of {STUCK_FALL:g} l T / N = {ratio:.5f}, the end went "
         f"{abs(went):.0e} l, and N is {far:.0e} of it off shooting with the end held (20 segments).",
         "## A strip on a slope",
-        "A heavy strip (Gamma = 1) lies on a table, held by nothing else; its weight turns from the table's normal. The "
-        "last angle (degrees) at which it was found at rest, and the next one, at which it was not:",
+        "A heavy strip (Gamma = 1) lies on a table, held by nothing else; its weight turns from the table's normal. "
+        "The last angle (degrees) at which it was found at rest, and the next one, at which it was not:",
         page.table(["mu", "arctan mu", "at rest", "not at rest"], angles),
         "## A fold pressed and let go",
-        f"A strip is clamped at one end and hinged at the other, 0.1 l nearer than it is long; a roof comes down on the "
-        f"fold from {TOP:g} to {LOW:g} l and goes up again, {steps} increments each way, {FOLD} segments. Force on the "
-        f"roof at {MIDDLE:g} l, what friction took away, over mu too, the work of the roof round the loop, and by how "
+        f"A strip is clamped at one end and hinged at the other, 0.1 l nearer than it is long; a roof comes down on "
+        f"the fold from {TOP:g} to {LOW:g} l and goes up again, {steps} increments each way, {FOLD} segments. Force on "
+        f"the roof at {MIDDLE:g} l, what friction took away, over mu too, the work of the roof round the loop, "
+        f"and by how "
         "much Coulomb's law is missed in any state (`compare.measure.friction`).",
         page.table(["mu", "F down", "F up", "lost", "lost / mu", "work of the roof", "law"], loops),
-        f"Without friction both are {free[0]:.4f} and {free[1]:.4f}. Increments halved, mu = {MUS[0]:g}; the balance is "
-        "the work of the roof less what the energy gained and friction took:",
+        f"Without friction both are {free[0]:.4f} and {free[1]:.4f}. Increments halved, mu = {MUS[0]:g}; the balance "
+        "is the work of the roof less what the energy gained and friction took:",
         page.table(["increments", "F down", "F up", "lost", "work of the roof", "balance"], by_steps_rows),
         f"What is lost changes with the order {order:.1f} of the increment. Segments doubled, {STEPS[0]} increments:",
         page.table(["segments", "F down", "F up", "lost"], by_segments),
@@ -349,9 +353,7 @@ def run(out: Path) -> dict[str, Number]:
         "slid_shot": Number(push, 1e-8, "D w / l^2", ".6f"),
         "slid_off": Number(off, 10.0 * off, "", ".0e"),
         "stuck_off": Number(far, 10.0 * far, "", ".0e"),
-        "slope_03": Number(
-            0.5 * sum(slopes[0.3]), abs(slopes[0.3][1] - slopes[0.3][0]), "degrees", ".2f"
-        ),
+        "slope_03": Number(0.5 * sum(slopes[0.3]), abs(slopes[0.3][1] - slopes[0.3][0]), "degrees", ".2f"),
         "down": Number(down, abs(down - both(MUS[0], STEPS[-2])[0]) + 1e-3, "D w / l^2", ".2f"),
         "up": Number(up, abs(up - both(MUS[0], STEPS[-2])[1]) + 1e-3, "D w / l^2", ".2f"),
         "lost": Number(lasts, abs(changes[-1]) + abs(by_mesh[-1]), "D w / l", ".4f"),
@@ -360,5 +362,3 @@ def run(out: Path) -> dict[str, Number]:
         "law": Number(law(looped(MUS[0], steps), MUS[0]), 1e-8, "", ".0e"),
         "order": Number(order, 0.3, "", ".1f"),
     }
-
-

@@ -1,0 +1,150 @@
+"""Paths with friction: ends that slide and stick beside shooting, walls that carry, slopes, what is refused."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from ribbon import Clamp, Equilibrium, Gravity, RibbonInputError, Strip, Wall, refine, solve
+from ribbon.find import continuation
+from ribbon.find.friction import path
+from ribbon.find.solve import Problem, build, solve_from
+from ribbon.problems.friction import term
+from ribbon.problems.mixed import MixedProblem
+from tests.validation.ribbon import friction as measured
+
+
+def test_an_end_slides_as_shooting_has_it() -> None:
+    """N, T and the end's place, and Coulomb's law in every state by code of its own."""
+    slope, mu = measured.SLIDES
+    push, z = measured.slid(slope, mu, measured.FALL)
+    states = measured.pressed(slope, mu, (measured.FALL,), 10, 2)
+    wall = states[-1].walls[0]
+    assert wall.force[1] == pytest.approx(push, rel=1e-6)
+    assert wall.friction is not None
+    assert wall.friction[2] == pytest.approx(-mu * push, rel=1e-6)
+    assert states[-1].end.position[2] == pytest.approx(z, abs=1e-7)
+    assert measured.law(states[1:], mu) < 1e-7
+
+
+def test_an_end_sticks_when_it_is_lifted() -> None:
+    """Lifted, the end stays where it is, and T is within the cone: that of shooting with a held end."""
+    push, friction, off = measured.lifted(10, 1)
+    assert abs(friction) < measured.SLIDES[1] * push
+    assert off < 1e-4
+
+
+def test_what_is_said_to_slip_is_how_far_the_particle_went() -> None:
+    """The slip of every place is that of its particle on the surface of the two states, and nothing else; what the
+    friction took is the sum of its work."""
+    slope, mu = measured.SLIDES
+    states = measured.pressed(slope, mu, (measured.FALL,), 10, 2)
+    lost = 0.0
+    for before, after in pairwise(states[1:]):
+        rubs = after.walls[0].rubs
+        assert rubs
+        material = np.array([[rub.s + rub.v * float(after.eta([min(rub.s, 1.0)])[0]), rub.v] for rub in rubs])
+        went = after.rulings(material)[1] - before.rulings(material)[1]
+        slips = np.array([rub.slip for rub in rubs])
+        np.testing.assert_allclose(slips[:, [0, 2]], went[:, [0, 2]], atol=1e-9)
+        lost -= sum(float(rub.friction @ rub.slip) for rub in rubs)
+    first = states[1]
+    assert states[-1].rubbed == pytest.approx((first.rubbed or 0.0) + lost, rel=1e-9)
+    assert states[-1].rubbed is not None
+    assert states[-1].rubbed > 0.0
+
+
+def _carried(t: float, friction: float, shift: float = 1e-4) -> Problem:
+    """An inclined strip pressed on a floor that moves along itself by `shift`."""
+    return build(
+        Strip(1.0, 0.02), measured._clamp(30.0, 0.3), energy="sadowsky", formulation="mixed", segments=8,
+        walls=[Wall((0.0, 0.0, shift * t), (0.0, 1.0, 0.0), friction=friction)],
+    )  # fmt: skip
+
+
+def _put() -> Equilibrium:
+    first = _carried(0.0, 0.0)
+    return solve_from(first, first.state(np.full(9, -0.5), np.zeros(9)))
+
+
+def test_a_wall_carries_what_sticks() -> None:
+    """The floor moves along itself: with friction enough the end goes with it, with none it stays."""
+    start = _put()
+    rough = path.follow(lambda t: _carried(t, 0.9), start, steps=2)
+    smooth = path.follow(lambda t: _carried(t, 0.0), start, steps=2)
+    assert rough.ok
+    assert rough.before is not None
+    assert rough.end.position[2] - start.end.position[2] == pytest.approx(1e-4, abs=1e-8)
+    assert not any(rub.slips for rub in rough.walls[0].rubs)
+    assert smooth.end.position[2] == pytest.approx(start.end.position[2], abs=1e-7)
+    back = path.follow(lambda t: _carried(1.0 - t, 0.9), replace(rough, log=()), steps=2)
+    assert back.walls[0].friction is not None
+    assert np.abs(back.walls[0].friction).max() < 1e-4  # as it was: sticking forgets nothing and takes nothing
+    assert abs(back.rubbed or 0.0) < 1e-9
+
+
+def test_without_friction_nothing_of_it_is_called(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A coefficient of 0 is a wall without: the same states to the last bit, and no kernel of friction."""
+
+    def forbidden(*_: object) -> None:
+        raise AssertionError("friction was asked for")
+
+    monkeypatch.setattr(term.Friction, "__init__", forbidden)
+    start = _put()
+    plain = continuation.follow(lambda t: _carried(t, 0.0), start, steps=2)
+    bare = continuation.follow(lambda t: _without(t), start, steps=2)
+    np.testing.assert_array_equal(plain.x, bare.x)
+
+
+def _without(t: float) -> Problem:
+    problem = _carried(t, 0.0)
+    return problem.with_changes(walls=tuple(Wall(wall.point, wall.normal) for wall in problem.walls))
+
+
+def test_a_strip_on_a_slope_slips_at_the_angle_of_friction() -> None:
+    """At rest at 0.98 of arctan mu, its friction the weight's part along the table; not at 1.02 of it."""
+    mu, gamma = 0.4, 1.0
+
+    def at(t: float, friction: float = mu) -> Problem:
+        a = t * math.atan(mu)
+        return build(
+            Strip(1.0, 0.02, gamma=gamma), Clamp(None, None, None), Gravity((0.0, math.cos(a), math.sin(a))),
+            walls=[Wall((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), friction=friction)], energy="sadowsky",
+            formulation="mixed", segments=4,
+        )  # fmt: skip
+
+    first = at(0.0, 0.0)
+    start = solve_from(first, first.state(np.zeros(5), np.zeros(5)))
+    below = path.follow(lambda t: at(0.98 * t), start, steps=2)
+    assert below.ok
+    assert below.walls[0].friction is not None
+    assert below.walls[0].friction[2] == pytest.approx(gamma * math.sin(0.98 * math.atan(mu)), rel=1e-6)
+    beyond = path.follow(lambda t: at(0.98 + 0.04 * t), replace(below, log=()), steps=1, smallest=0.5)
+    assert not beyond.ok
+    np.testing.assert_array_equal(beyond.x, below.x)  # what was found is kept
+
+
+def test_finer_segments_go_the_last_increment_again() -> None:
+    """N on segments cut in two is nearer to shooting, with friction as much as it is."""
+    slope, mu = measured.SLIDES
+    push, _ = measured.slid(slope, mu, measured.FALL)
+    state = measured.pressed(slope, mu, (measured.FALL,), 10, 2)[-1]
+    finer = refine(state)
+    assert finer.ok
+    assert finer.problem.lengths.size == 20
+    assert abs(finer.walls[0].force[1] - push) < abs(state.walls[0].force[1] - push)
+    assert finer.walls[0].friction is not None
+
+
+def test_friction_is_refused_where_nothing_reads_it() -> None:
+    with pytest.raises(RibbonInputError, match="path"):
+        solve(Strip(1.0, 0.02), walls=[Wall((0.0, -1.0, 0.0), (0.0, 1.0, 0.0), friction=0.3)])
+    with pytest.raises(RibbonInputError, match="friction"):
+        continuation.follow(lambda t: _carried(t, 0.3), _put(), steps=1)
+    with pytest.raises(RibbonInputError, match="negative"):
+        Wall((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), friction=-0.1)
+    assert isinstance(_carried(0.0, 0.3), MixedProblem)
