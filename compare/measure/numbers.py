@@ -75,8 +75,11 @@ def nested(flat: Mapping[str, float | None]) -> dict[str, Any]:
     moments = {"walls": of_walls.pop("moments")} if "moments" in of_walls else {}
     gaps = {"gaps": {"walls": of_walls["gaps"]}} if "gaps" in of_walls else {}
     return {
-        "forces": {**{end: flat.get(f"forces.{end}") for end in ("start", "end")}, "walls": [flat[w] for w in walls],
-                   **itself},
+        "forces": {
+            **{end: flat.get(f"forces.{end}") for end in ("start", "end")},
+            "walls": [flat[w] for w in walls],
+            **itself,
+        },
         "moments": {**{end: flat.get(f"moments.{end}") for end in ("start", "end")}, **moments},
         **gaps,
         "energy": {name[7:]: error for name, error in flat.items() if name.startswith("energy.")},

@@ -504,13 +504,12 @@ def _supports(scene: Scene, data: Mapping[str, Any]) -> Supports:
     found = data.get("walls") or ()
     walls = tuple(_wall(scene, number, wall) for number, wall in enumerate(found))
     pairs = ((pair["s"], pair["s_other"], pair["force"]) for pair in data.get("pairs") or ())
-    return Supports(
-        force("start"), force("end"), walls, None if scene.apart is None else between_parts(pairs)
-    )
+    return Supports(force("start"), force("end"), walls, None if scene.apart is None else between_parts(pairs))
 
 
 def _wall(scene: Scene, number: int, found: Mapping[str, Any]) -> dict[str, Any]:
-    """What a wall or an obstacle exerts, as a ribbon's is told, with its moment about the origin and the nearest node's gap."""
+    """What a wall or an obstacle exerts, as a ribbon's is told, with its moment about the origin and the nearest
+    node's gap."""
     contacts = np.asarray(found["contacts"], dtype=float).reshape(-1, 2)
     return {
         "name": scene.barrier_names[number],

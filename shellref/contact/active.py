@@ -242,8 +242,8 @@ class Contact:
         return int(changed.sum()) + lost
 
     def _deepest(self, through: np.ndarray, gaps: np.ndarray) -> np.ndarray:
-        """Of the places that go through (m,) all of walls, and of everything curved those nearly as deep as the deepest:
-        where something touches at a point, many places at once would be held as on a plate."""
+        """Of the places that go through (m,) all of walls, and of everything curved those nearly as deep as the
+        deepest: where something touches at a point, many places at once would be held as on a plate."""
         curved = through & (self.rows.walls >= len(self.path.normals))
         if not curved.any():
             return through

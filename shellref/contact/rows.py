@@ -74,6 +74,14 @@ class Block(Protocol):
         """Where the places are (m, 3)."""
         ...
 
+    def passed(self, before: np.ndarray, after: np.ndarray) -> bool:
+        """Whether something went through from one state (n, 6) to the next."""
+        ...
+
+    def crossing(self, state: np.ndarray) -> tuple[float, float] | None:
+        """S of both parts where a state crosses itself; None: it does not, or this is of something else."""
+        ...
+
     def gaps(self, state: np.ndarray, standing: Standing, heights: np.ndarray) -> np.ndarray:
         """(m,); heights: ways of plates (0 of what is rigid)."""
         ...
@@ -126,6 +134,13 @@ class NodeRows:
     def normals(self) -> np.ndarray:
         """(m, 3)."""
         raise NotImplementedError
+
+    def passed(self, before: np.ndarray, after: np.ndarray) -> bool:
+        """Nothing goes through a plane: what is behind it is pushed back."""
+        return False
+
+    def crossing(self, state: np.ndarray) -> None:
+        """Of the strip itself."""
 
     def points(self, state: np.ndarray) -> np.ndarray:
         """Where the places are (m, 3), of a state (n, 6)."""
@@ -292,10 +307,11 @@ class Touching:
         """lever: h / 2."""
         self.blocks, self.lever = blocks, lever
         self.nodes, self.walls, self.sides, parts = (
-            np.concatenate([getattr(block, name) for block in blocks])
-            for name in ("nodes", "walls", "sides", "parts")
+            np.concatenate([getattr(block, name) for block in blocks]) for name in ("nodes", "walls", "sides", "parts")
         )
-        self.keys = (self.nodes.astype(np.int64) * MOST_PARTS + parts) * (int(self.walls.max(initial=0)) + 1) + self.walls
+        self.keys = (self.nodes.astype(np.int64) * MOST_PARTS + parts) * (
+            int(self.walls.max(initial=0)) + 1
+        ) + self.walls
         self.labels = 3 * self.keys + self.sides.astype(np.int64) + 1
         self._ends = np.cumsum([0] + [len(block.nodes) for block in blocks])
 
@@ -322,12 +338,12 @@ class Touching:
         return new, np.concatenate(before)
 
     def passed(self, before: np.ndarray, after: np.ndarray) -> bool:
-        """Whether the strip went through a body, or parts of it through each other, from one state (n, 6) to the next."""
-        return any(block.passed(before, after) for block in self.blocks if hasattr(block, "passed"))
+        """Whether from one state (n, 6) to the next the strip went through a body, or parts of it each other."""
+        return any(block.passed(before, after) for block in self.blocks)
 
     def crossing(self, state: np.ndarray) -> tuple[float, float] | None:
         """S of a place where a state crosses itself, and S of the other part there; None: it does not, or may."""
-        found = (block.crossing(state) for block in self.blocks if hasattr(block, "crossing"))
+        found = (block.crossing(state) for block in self.blocks)
         return next((place for place in found if place is not None), None)
 
     def _joined(self, name: str, *given: Any) -> np.ndarray:

@@ -10,13 +10,14 @@ from shellref.contact.pairs import PairRows
 from shellref.contact.rows import HELD, Block, BodyRows, Rows, Touching
 from shellref.contact.sheet import Sheet
 from shellref.contact.walls import WallPath
-from shellref.shell.naghdi import NaghdiModel
 
 
-def touching(model: NaghdiModel, path: WallPath, places: np.ndarray, projection: Any, tie: Any) -> Touching:
-    """places (n,): mask of the nodes that may touch something; projection (6 n, unknowns): P, scipy.sparse;
-    tie: of a closed strip."""
-    some, thickness = np.flatnonzero(places), model.body.thickness
+def touching(
+    path: WallPath, sheet: Sheet, nodes: np.ndarray, places: np.ndarray, thickness: float, projection: Any, closed: bool
+) -> Touching:
+    """sheet: the shell's surface; nodes (n, 2): S and v; places (n,): mask of the nodes that may touch something;
+    projection (6 n, unknowns): P, scipy.sparse; closed: whether its ends are one."""
+    some = np.flatnonzero(places)
     blocks: list[Block] = []
     if len(path.normals):
         blocks.append(Rows.of(path, some, thickness).kept(projection))
@@ -25,7 +26,5 @@ def touching(model: NaghdiModel, path: WallPath, places: np.ndarray, projection:
     if path.apart is not None:
         size = np.asarray(abs(projection).sum(axis=1)).reshape(-1, 6)[:, :3].max(axis=1)
         slaves = np.flatnonzero(places & (size > HELD))
-        sheet = Sheet(model.grid, model.grid.order(model.nodes))
-        closed = tie is not None
-        blocks.append(PairRows.of(sheet, slaves, model.nodes, path.apart, closed, len(path.springs) - 1))
+        blocks.append(PairRows.of(sheet, slaves, nodes, path.apart, closed, len(path.springs) - 1))
     return Touching(tuple(blocks), 0.5 * thickness)

@@ -90,6 +90,7 @@ NAMES = (
     "shell_start",
     "shell_thin",
     "shell_walls",
+    "shell_contact",
     "shell_roman",
     "calculix",
     "shell_beside",
