@@ -293,8 +293,10 @@ class ShellModel(Model):
             return planes
         from compare.models.holds.ribbon import net
         from compare.models.ribbon.build import ribbon_walls
+        from ribbon.obstacle import Obstacle
 
-        return planes + [net(body, points) for body in ribbon_walls(scene)[len(scene.walls) :]]
+        bodies = (body for body in ribbon_walls(scene) if isinstance(body, Obstacle))
+        return planes + [net(body, points) for body in bodies]
 
     def refined(self, state: State) -> State | None:
         """None: a shell is refined by its scene's mesh."""

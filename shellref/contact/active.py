@@ -27,8 +27,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from shellref.contact.rows import HELD, Touching, independent, lengths
+from shellref.contact.rows import HELD, independent, lengths
 from shellref.contact.saddle import Saddle
+from shellref.contact.touching import Touching
 from shellref.contact.walls import Standing, WallPath
 
 #: Gap (over l) below which a place touches where nothing is known of it yet; and where walls alone carry the strip and
