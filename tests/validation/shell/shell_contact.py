@@ -189,7 +189,7 @@ def _bar(numbers: dict[str, Number]) -> list[str]:
     return [
         "## A heavy strip on a bar",
         "Gamma = 20, w/l = 0.1, w/h = 100, nu = 0; a bar of radius 0.1 across, 0.25 below the clamp, 0.6 before. "
-        "The ribbon (`sadowsky` in a plane, 120 segments) touches at a place that slides, the shell at nodes: its "
+        "The ribbon (120 segments) touches at a place that slides, the shell at nodes: its "
         "force changes with where these are.",
         page.table(["model", "force y", "force z", "energy", "balance", "penetration / l"], rows),
     ]
