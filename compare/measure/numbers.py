@@ -79,8 +79,11 @@ def nested(flat: Mapping[str, float | None]) -> dict[str, Any]:
     rubbed = {name[9:]: error for name, error in flat.items() if name.startswith("friction.")}
     itself = {"itself": flat["forces.itself"]} if "forces.itself" in flat else {}
     return {
-        "forces": {**{end: flat.get(f"forces.{end}") for end in ("start", "end")}, "walls": [flat[w] for w in walls],
-                   **itself},
+        "forces": {
+            **{end: flat.get(f"forces.{end}") for end in ("start", "end")},
+            "walls": [flat[w] for w in walls],
+            **itself,
+        },
         "moments": {**{end: flat.get(f"moments.{end}") for end in ("start", "end")}, **moments},
         **of_walls,
         "energy": {name[7:]: error for name, error in flat.items() if name.startswith("energy.")},

@@ -115,8 +115,8 @@ class Force:
 @dataclass(frozen=True)
 class Supports:
     """What holds the strip exerts on it: at both ends (None: nothing held, or the model does not say), and every
-    wall's entry of result.json. itself (3,): the sum of the forces of its parts at larger s on those at smaller s; None:
-    they are not kept apart."""
+    wall's entry of result.json. itself (3,): the sum of the forces of its parts at larger s on those at smaller s;
+    None: they are not kept apart."""
 
     start: Force | None = None
     end: Force | None = None

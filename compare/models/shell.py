@@ -293,8 +293,10 @@ class ShellModel(Model):
             return planes
         from compare.models.holds.ribbon import net
         from compare.models.ribbon.build import ribbon_walls
+        from ribbon.obstacle import Obstacle
 
-        return planes + [net(body, points) for body in ribbon_walls(scene)[len(scene.walls) :]]
+        bodies = (body for body in ribbon_walls(scene) if isinstance(body, Obstacle))
+        return planes + [net(body, points) for body in bodies]
 
     def refined(self, state: State) -> State | None:
         """None: a shell is refined by its scene's mesh."""
@@ -504,14 +506,12 @@ def _supports(scene: Scene, data: Mapping[str, Any]) -> Supports:
     found = data.get("walls") or ()
     walls = tuple(_wall(scene, number, wall) for number, wall in enumerate(found))
     pairs = ((pair["s"], pair["s_other"], pair["force"]) for pair in data.get("pairs") or ())
-    return Supports(
-        force("start"), force("end"), walls, None if scene.apart is None else between_parts(pairs)
-    )
+    return Supports(force("start"), force("end"), walls, None if scene.apart is None else between_parts(pairs))
 
 
 def _wall(scene: Scene, number: int, found: Mapping[str, Any]) -> dict[str, Any]:
-    """What a wall or an obstacle exerts, as a ribbon's is told, with its moment about the origin, the nearest node's gap,
-    and the pressures (D / l^3)."""
+    """What a wall or an obstacle exerts, as a ribbon's is told, with its moment about the origin, the nearest node's
+    gap, and the pressures (D / l^3)."""
     contacts = np.asarray(found["contacts"], dtype=float).reshape(-1, 2)
     return {
         "name": scene.barrier_names[number],

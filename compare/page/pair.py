@@ -36,10 +36,10 @@ class Row:
     was found; counterpart: where the model beside comes to rest from the shell's shape, where that is another state
     than its own; shell_errors: of the shell's forces, moments, energies and lowest eigenvalue (`State.errors`);
     shell_walls: what each wall
-    exerts on the shell, force, moment about the origin, gap, mean and greatest pressure, each with its
-    error (None: not known); shell_contacts: where
-    parts of the shell push each other (None: they are not kept apart): the force of those at larger S on the others with
-    its error, the number of pairs, and the pairs; `claimed` is of one
+    exerts on the shell, force, moment about the origin, gap, mean and greatest pressure, each with its error
+    (None: not known); shell_contacts:
+    where parts of the shell push each other (None: they are not kept apart): the force of those at larger S on the
+    others with its error, the number of pairs, and the pairs; `claimed` is of one
     state only; laid: how the ribbon was moved before distances were taken, where nothing resists
     that; warm: the ribbon's time is of repeated solves, with all loaded, as the shell's always is without its imports
     and compilation; searched: it holds a search for segments.

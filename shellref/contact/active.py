@@ -27,8 +27,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from shellref.contact.rows import HELD, Touching, independent, lengths
+from shellref.contact.rows import HELD, independent, lengths
 from shellref.contact.saddle import Saddle
+from shellref.contact.touching import Touching
 from shellref.contact.walls import Standing, WallPath
 
 #: Gap (over l) below which a place touches where nothing is known of it yet; and where walls alone carry the strip and
@@ -242,8 +243,8 @@ class Contact:
         return int(changed.sum()) + lost
 
     def _deepest(self, through: np.ndarray, gaps: np.ndarray) -> np.ndarray:
-        """Of the places that go through (m,) all of walls, and of everything curved those nearly as deep as the deepest:
-        where something touches at a point, many places at once would be held as on a plate."""
+        """Of the places that go through (m,) all of walls, and of everything curved those nearly as deep as the
+        deepest: where something touches at a point, many places at once would be held as on a plate."""
         curved = through & (self.rows.walls >= len(self.path.normals))
         if not curved.any():
             return through

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ribbonbench import statics
 from shellref.contact.obstacles import Obstacle
 from shellref.contact.walls import FACES
-from shellref.holds import parts
 from shellref.inputs import ShellInputError, Vector, number, numbers
-
-if TYPE_CHECKING:
-    from shellref.shell.problem import Pose, ShellProblem
 
 #: Places across a held edge at which it is looked at.
 ACROSS = 33
@@ -29,16 +25,16 @@ def points_of(key: str, value: Any) -> tuple[Vector, ...]:
     return tuple(numbers(key, point, 3) for point in value)  # type: ignore[misc]
 
 
-def held_edge(problem: ShellProblem, pose: Pose) -> np.ndarray:
-    """Points (m, 3) of an edge that is held at a pose, of its faces where these touch."""
+def held_edge(problem: Any, pose: Any) -> np.ndarray:
+    """Points (m, 3) of an edge of a problem that is held at a pose, of its faces where these touch."""
     lever = 0.5 * problem.thickness if problem.contact == FACES else 0.0
     frame, v = np.array(pose.frame), 0.5 * problem.width * np.linspace(-1.0, 1.0, ACROSS)
     middle = np.array(pose.position) + v[:, None] * frame[:, 0]
     return np.vstack([middle + lever * frame[:, 1], middle - lever * frame[:, 1]])
 
 
-def check_contact(problem: ShellProblem, put: Callable[[str, object], None]) -> None:
-    """Reads `obstacles` and `apart` of a problem. Raises ShellInputError."""
+def check_contact(problem: Any, put: Callable[[str, object], None]) -> None:
+    """Reads `obstacles` and `apart` of a problem (shellref.shell.problem). Raises ShellInputError."""
     given = problem.obstacles
     if isinstance(given, (str, bytes, Mapping)) or not isinstance(given, Iterable):
         raise ShellInputError("obstacles", given, "must be a list of obstacles")
@@ -53,11 +49,11 @@ def check_contact(problem: ShellProblem, put: Callable[[str, object], None]) -> 
     if not problem.obstacles:
         return
     if problem.clamp == "free" or (problem.partly_held and not problem.closed):
-        remedy = "a strip that may move as a whole is not followed along obstacles: hold one end with position and frame"
+        remedy = (
+            "a strip that may move as a whole is not followed along obstacles: hold one end with position and frame"
+        )
         raise ShellInputError("obstacles", f"{len(problem.obstacles)} of them", remedy)
-    for part, pose in zip(problem.ends, (problem.start, problem.end), strict=True):
-        if pose is None or part != parts.ALL or (problem.closed and pose is problem.end):
-            continue
+    for pose in problem.held_poses:
         edge = held_edge(problem, pose)
         for k, body in enumerate(problem.obstacles):
             behind = -float(body.gaps(edge, np.array(body.point)).min())

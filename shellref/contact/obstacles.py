@@ -1,6 +1,6 @@
 """Round and finite bodies that a shell cannot cross, by a signed distance with its derivatives. NumPy only.
 
-The body is convex: all points within `radius` of a core K; x -> c(x) the nearest point of K (docs/theory.md, (7.28)):
+The body is convex: all points within `radius` of a core K, c(x) the nearest point of K (docs/theory.md, eq. (7.29)):
 
     g = |x - c| - radius ,   n = (x - c) / |x - c| ,   H = (P - n n^T) / |x - c| ,
 
@@ -67,10 +67,11 @@ class Obstacle:
 
         put("kind", choice("obstacles.kind", self.kind, KINDS))
         put("point", numbers("obstacles.point", self.point, 3))
-        put("radius", positive("obstacles.radius", self.radius))
-        put("angle", number("obstacles.angle", self.angle))
         if not isinstance(self.inside, bool):
             raise ShellInputError("obstacles.inside", self.inside, "must be true or false")
+        sharp = self.inside and self.kind in (BOX, EDGE)  # its planes meet where they stand
+        put("radius", (number if sharp else positive)("obstacles.radius", self.radius))
+        put("angle", number("obstacles.angle", self.angle))
         for key, kinds in (("axis", (CYLINDER, BOX, EDGE)), ("normal", (BOX, EDGE)), ("size", (BOX,))):
             value = getattr(self, key)
             if (value is None) == (self.kind in kinds):

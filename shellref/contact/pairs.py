@@ -11,7 +11,9 @@ apart from middle surface to middle surface. With l = -J^-T e_z, which is normal
 so that the push is along that normal and balances itself, forces and moments, to rounding. With p = (t, u, z),
 p' = -J^-1 F_q and F_q linear in the nodal values
 
-    d2z = l . (2 F_qp p' + F_pp p' p') .
+    d2z = l . (2 F_qp p' + F_pp p' p')
+
+(docs/theory.md, eq. (7.31)).
 
 Each pair of parts has one row a node: nodes are those at the smaller S (and those of free ends), feet at the larger. A
 side, once known, goes with its node and the place of its foot: what is pushed through is pushed back.
@@ -236,7 +238,9 @@ class PairRows:
         """The rows `some`."""
         values, columns = self.found.values[some], self.found.columns[some]
         count = values.shape[1] if len(some) else 0
-        found = csr_matrix((values.ravel(), columns.ravel(), count * np.arange(len(some) + 1)), shape=(len(some), 6 * n))
+        found = csr_matrix(
+            (values.ravel(), columns.ravel(), count * np.arange(len(some) + 1)), shape=(len(some), 6 * n)
+        )
         found.sum_duplicates()
         return found
 

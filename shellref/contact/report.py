@@ -1,4 +1,7 @@
-"""What walls and bodies exert, and how well a state keeps the conditions of contact, between its nodes too. NumPy only."""
+"""What walls and bodies exert, and how well a state keeps the conditions of contact, between its nodes too.
+
+NumPy only.
+"""
 
 from __future__ import annotations
 

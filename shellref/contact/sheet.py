@@ -1,7 +1,7 @@
 """The shell's own surface as something to touch: patches that are smooth along the strip, and the lines of its
 directors. NumPy, SciPy.
 
-A place x lies before a patch at (t, u, z) where it is on the line of the director there (docs/theory.md, eq. (7.29)):
+A place x lies before a patch at (t, u, z) where it is on the line of the director there (docs/theory.md, eq. (7.30)):
 
     F = Y(t, u) + z D(t, u) - x = 0 ,   J = [Y_t + z D_t, Y_u + z D_u, D] .
 
@@ -13,13 +13,12 @@ pushes turn smoothly where a place slides from one element to the next.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from shellref.kernels.lagrange import lobatto
-from shellref.shell.grid import Grid
 
 #: Newton's iterations for a foot, where they end, and how far (elements) beyond an element they may go.
 ITERATIONS, ENOUGH, BEYOND = 12, 1e-12, 0.6
@@ -27,6 +26,20 @@ ITERATIONS, ENOUGH, BEYOND = 12, 1e-12, 0.6
 SEEMS, FARTHER = 1.0, 1.5
 #: Part of an element by which a foot may be beyond it, and part of one within which two feet are the same.
 WITHIN, SAME = 1e-7, 1e-5
+
+
+class Mesh(Protocol):
+    """A grid of elements of a degree on nodes (as `shellref.shell.grid.Grid`)."""
+
+    degree: int
+    s_knots: np.ndarray
+    v_knots: np.ndarray
+    s_nodes: np.ndarray
+
+    @property
+    def elements(self) -> tuple[int, int]:
+        """(along, across)."""
+        ...
 
 
 class Feet(NamedTuple):
@@ -71,7 +84,7 @@ def _powers(x: np.ndarray, count: int) -> np.ndarray:
 class Sheet:
     """A mesh's surface."""
 
-    def __init__(self, grid: Grid, order: np.ndarray):
+    def __init__(self, grid: Mesh, order: np.ndarray):
         """order: numbers of the nodes on the grid."""
         self.grid, k = grid, grid.degree
         self.elements = grid.elements
@@ -86,7 +99,7 @@ class Sheet:
         self._own = own.reshape(nx * ny, -1)
 
     def _smooth(self, a: int) -> np.ndarray:
-        """(k + 3, 3 k + 1): powers of t (rows) of the functions of the nodes of elements a - 1, a, a + 1 in element a."""
+        """(k + 3, 3 k + 1): powers of t (rows) of the functions in element a of the nodes of a - 1, a and a + 1."""
         k, sizes = self.grid.degree, np.diff(self.grid.s_knots)
         nodes = lobatto(k)[0]
         polynomials = self._across
@@ -183,8 +196,8 @@ class Sheet:
     def _seem(
         self, state: np.ndarray, points: np.ndarray, element: np.ndarray, reach: float
     ) -> tuple[Feet, np.ndarray]:
-        """Feet of points (m, 3) on elements (m,) as they seem from the middles of these, and a mask of those that may be
-        on them, within reach."""
+        """Feet of points (m, 3) on elements (m,) as they seem from the middles of these, and a mask of those that may
+        be on them, within reach."""
         every = np.arange(len(self.stencil))
         half, z = np.full(len(every), 0.5), np.zeros(len(element))
         middle = self.local(state, Feet(every, half, half, 0.0 * half))

@@ -16,8 +16,9 @@ Arc length (Riks 1979, doi:10.1016/0020-7683(79)90081-7): the load t is one more
 plane through the predictor (u*, t*) normal to the tangent (v, r):  <v, u - u*> + r (t - t*) = 0, where <a, b> is the
 mean over the surface of the product of positions (docs/theory.md, eq. (7.11)). Two solves with the same factors.
 
-Walls and the like (shellref.contact): active places stay on them in every linear solve, whose tangent is that on the increments that
-keep them there, and its inertia too; the active set changes between steps, and must have settled at the end.
+Walls and the like (shellref.contact): active places stay on them in every linear solve, whose tangent is that on the
+increments that keep them there, and its inertia too; the active set changes between steps, and must have settled at the
+end.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from typing import Any
 import numpy as np
 
 from shellref.contact.active import Contact
+from shellref.contact.sheet import Sheet
 from shellref.contact.touching import touching
 from shellref.contact.walls import Standing
 from shellref.fenics import dolfinx_api as api
@@ -140,10 +142,11 @@ class Equilibrium:
         own = self.unknowns - sum(edge.unknowns for edge in held.edges)
         floating = np.zeros_like(held.translations) if held.floating is None else held.floating
         carries = not held.edges and not np.any(held.translations & ~floating)
-        rows = touching(self.model, path, places, self._projection(bases), held.tie)
-        return Contact(
-            path, rows, self.model.comm, self.unknowns, own, len(places), self.model.nodal_areas, carries
-        )
+        model = self.model
+        sheet = Sheet(model.grid, model.grid.order(model.nodes))
+        closed = held.tie is not None
+        rows = touching(path, sheet, model.nodes, places, model.body.thickness, self._projection(bases), closed)
+        return Contact(path, rows, self.model.comm, self.unknowns, own, len(places), self.model.nodal_areas, carries)
 
     def _projection(self, bases: Bases) -> Any:
         """P (6 nodes, unknowns), scipy.sparse; one process."""

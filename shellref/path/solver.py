@@ -209,9 +209,7 @@ class Solver:
             else tuple(contact_report.walls(touch, state, equilibrium.standing(), model.nodes, model.nodal_areas)),
             contact=None
             if touch is None
-            else contact_report.contact(
-                touch, state, equilibrium.standing(), surface, problem.thickness
-            ),
+            else contact_report.contact(touch, state, equilibrium.standing(), surface, problem.thickness),
             pairs=() if touch is None else tuple(contact_report.pairs(touch, model.nodes)),
             cell_midpoints=api.gather_rows(model.comm, model.midpoints),
             energy_density=api.gather_rows(model.comm, energies.density),

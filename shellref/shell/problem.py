@@ -301,9 +301,7 @@ class ShellProblem:
         if not self.walls:
             return
         lever = 0.5 * self.thickness if self.contact == FACES else 0.0
-        for part, pose in zip(self.ends, (self.start, self.end), strict=True):
-            if pose is None or part != parts.ALL or (self.closed and pose is self.end):
-                continue
+        for pose in self.held_poses:
             axes, place = list(zip(*pose.frame, strict=True)), pose.position
             corners = [
                 [x + a * 0.5 * self.width * t + b * lever * n for x, t, n in zip(place, axes[0], axes[1], strict=True)]
@@ -453,6 +451,12 @@ class ShellProblem:
         """What is held of each end, "nothing" of one that is not there or where no clamp is."""
         first = parts.NOTHING if self.clamp == "free" else self.holds[0]
         return first, parts.NOTHING if self.end is None else self.holds[1]
+
+    @property
+    def held_poses(self) -> tuple[Pose, ...]:
+        """Of the ends that are held as a whole."""
+        ends = zip(self.ends, (self.start, None if self.closed else self.end), strict=True)
+        return tuple(pose for part, pose in ends if pose is not None and part == parts.ALL)
 
     @property
     def partly_held(self) -> bool:

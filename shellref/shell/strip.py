@@ -374,7 +374,7 @@ def _stages(
     if first is not None:  # the path moves the start: begin where it is first said to be
         at_start = [first]
         at_end = [] if problem.end is None else [rest_end(problem, first, begin)]
-    own = tuple(one.point for one in (*problem.walls, *problem.obstacles))
+    own = own_places(problem)
     at_walls = [_first_places(problem, _before(problem, at_start[0], begin))]
     stages: list[Stage] = []
 
@@ -431,6 +431,11 @@ def _wall_path(problem: ShellProblem, at: np.ndarray) -> WallPath:
     return WallPath(normals, stiffness, offsets, problem.contact, problem.obstacles, at[:, count:], problem.apart)
 
 
+def own_places(problem: ShellProblem) -> tuple[Vector, ...]:
+    """Points of walls and obstacles where the path ends."""
+    return (*(wall.point for wall in problem.walls), *(body.point for body in problem.obstacles))
+
+
 def _places(problem: ShellProblem, waypoint: Waypoint, now: tuple[Vector, ...]) -> tuple[Vector, ...] | None:
     """Points of the walls and obstacles at a waypoint, where they are `now` where it does not say; None: all there."""
     if waypoint.walls is waypoint.obstacles is None:
@@ -450,7 +455,7 @@ def _first_places(problem: ShellProblem, clear: tuple[Vector, ...]) -> tuple[Vec
 def _before(problem: ShellProblem, pose: Pose, begin: Law) -> tuple[Vector, ...]:
     """Points of walls and obstacles where the path begins: where they are, or as far back as leaves them clear of the
     shape that it begins with; where walls alone carry the strip, where they are."""
-    own = tuple(one.point for one in (*problem.walls, *problem.obstacles))
+    own = own_places(problem)
     if problem.rests or problem.transverse_curvature or not own:
         return own
     shape = first_shape(problem, pose, begin)

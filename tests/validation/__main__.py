@@ -92,6 +92,7 @@ NAMES = (
     "shell_start",
     "shell_thin",
     "shell_walls",
+    "shell_contact",
     "shell_roman",
     "shell_table",
     "calculix",

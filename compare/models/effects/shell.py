@@ -60,7 +60,9 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
             "obstacles", bool(scene.obstacles), "[[obstacle]]" if scene.obstacles else "no [[obstacle]]", "obstacle"
         ),
         either(
-            "contact with itself", scene.apart is not None, "contact.itself" if scene.apart else "no [contact]",
+            "contact with itself",
+            scene.apart is not None,
+            "contact.itself" if scene.apart else "no [contact]",
             "contact",
         ),
         either("clamp at the end", scene.clamp_end is not None, "[clamp.end]", "clamp.end"),

@@ -17,7 +17,12 @@ FORCE, PRESSURE = "D w / l^2", "D / l^3"
 ITSELF = "itself"
 TITLE = "Forces, side by side"
 COLUMNS = (
-    Column("support", "support", kind="word", legend="what exerts it on the strip: an end that is held, a wall, or its own parts at larger s on the others"),
+    Column(
+        "support",
+        "support",
+        kind="word",
+        legend="what exerts it on the strip: an end that is held, a wall, or its own parts at larger s on the others",
+    ),
     Column("model", "model", kind="word", legend="the line model, or the shell of a w/h"),
     *(Column(f"force_{axis}", f"force {axis}", FORCE, "digits:6") for axis in "xyz"),
     Column("force_error", "force error", FORCE, "exponent:1", legend="what the discretisation leaves open of it"),

@@ -8,7 +8,7 @@ import pytest
 from compare import registry
 from compare.measure.grades import GOOD
 from compare.models import solve
-from compare.models.base import check_keys
+from compare.models.base import Options, check_keys
 from compare.models.choice import no_third_opinion, shell_in_words, third_opinion
 from compare.pages.result import state_result
 from compare.pages.solve import rows
@@ -75,11 +75,11 @@ def test_what_is_refused():
         assert caught.value.key == key
     assert scene.nonplanar_reason() is None
     assert no_third_opinion(scene) == ""
-    assert not shell_in_words(scene).on
-    assert shell_in_words(scene.replace({"contact": None})).on
-    with pytest.raises(BadInput) as caught:
-        check_keys(registry.model("shell"), scene)
-    assert caught.value.key.startswith("contact.")
+    assert shell_in_words(scene).on
+    rod = scene.replace({"contact.section": "round", "model.energy": "kirchhoff"})
+    assert not shell_in_words(rod).on
+    assert registry.model("shell").refusal(rod).key == "contact.section"
+    check_keys(registry.model("shell"), scene)
     with pytest.raises(BadInput) as caught:
         registry.model("elastica").branch_start(lambda _: scene)
     assert caught.value.key == "contact.itself"
@@ -106,6 +106,25 @@ def test_the_elastica_as_a_second_opinion():
     assert np.allclose(places, [known.s, 1.0 - known.s], atol=2e-4)
     s = np.linspace(0.0, 1.0, 51)
     assert np.abs(beside.shape.centreline(s) - ribbon.shape.centreline(s)).max() < 1e-4
+
+
+def test_the_shell_as_a_second_opinion():
+    """Begun at the ribbon's surface: the push of shooting within what a coarse mesh leaves open."""
+    scene = loads(FOLD, "fold").replace(
+        {"shell.width_to_thickness": [100], "shell.elements": [40, 1], "strip.poisson": 0.0}
+    )
+    (known,) = folds(np.array([0.16]), 0.02)
+    ribbon = solve(scene)
+    shell = registry.model("shell").solve(scene, near=ribbon.shape, options=Options(error=False))
+    assert shell.ok
+    push = np.linalg.norm(shell.supports.itself)
+    assert push == pytest.approx(known.push, rel=0.1)
+    np.testing.assert_allclose(ribbon.supports.itself, [0.0, 0.0, -known.push], atol=5e-3 * known.push)
+    assert shell.energy.elastic == pytest.approx(known.energy, rel=2e-3)
+    (pair, *_) = state_result(scene, shell)["contacts"]
+    assert pair["gap"] == pytest.approx(0.02, abs=1e-9)
+    s = np.linspace(0.0, 1.0, 51)
+    assert np.abs(shell.shape.centreline(s) - ribbon.shape.centreline(s)).max() < 3e-3
 
 
 TUBE = """

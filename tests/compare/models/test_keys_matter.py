@@ -220,14 +220,14 @@ BAR = {
     ],
 )  # fmt: skip
 def test_the_obstacle(key, value):
-    """Obstacles change what the ribbon's unknowns are held by, and a planar elastica's; no shell takes one."""
+    """Obstacles change what the ribbon's unknowns are held by, a planar elastica's, and what is asked of the shell."""
     bar = loads(held_scenes.FLOOR, "floor").replace(BAR)
     more = {"kind": {"obstacle.0.axis": None}, "inside": {"obstacle.0.radius": 2.0}}
     changes = {f"obstacle.0.{key}": value, **more.get(key, {})}
     changed = bar.replace(changes)
     assert answer(bar, "ribbon") != answer(changed, "ribbon")
-    with pytest.raises(BadInput):
-        check_keys(registry.model("shell"), changed)
+    thick = {"shell.width_to_thickness": 50}
+    assert answer(bar.replace(thick), "shell") != answer(changed.replace(thick), "shell")
     assert bar.is_planar()
     if changed.is_planar():
         assert circles(bar) != circles(changed)
@@ -244,6 +244,8 @@ def test_a_body(key, value):
     bar = loads(held_scenes.FLOOR, "floor").replace({"wall": [], "obstacle": [body]})
     changes = {f"obstacle.0.{key}": value} | ({"obstacle.0.point": [-9.0, 0.0, 9.0]} if key == "inside" else {})
     assert answer(bar, "ribbon") != answer(bar.replace(changes), "ribbon")
+    thick = {"shell.width_to_thickness": 50}
+    assert answer(bar.replace(thick), "shell") != answer(bar.replace({**changes, **thick}), "shell")
 
 
 def test_a_key_that_no_one_reads_is_refused_by_name():

@@ -105,10 +105,9 @@ def test_what_cannot_be_is_refused_by_its_key(key: str, changes: dict[str, Any])
     assert caught.value.remedy
 
 
-@pytest.mark.parametrize("model", ["antman", "curve_angle", "shell"])
+@pytest.mark.parametrize("model", ["antman", "curve_angle"])
 def test_models_without_it_refuse_it_by_name(model):
-    chosen = {} if model == "shell" else {"model.energy": model}
-    changed = scene().replace({"wall": None, **chosen})
+    changed = scene().replace({"wall": None, "model.energy": model})
     with pytest.raises(BadInput) as caught:
         check_keys(registry.model(model), changed)
     assert caught.value.key.startswith("obstacle.")
