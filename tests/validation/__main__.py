@@ -52,6 +52,7 @@ NAMES = (
     "moebius_table",
     "roman",
     "obstacles",
+    "ply",
     "edges",
     "curl_length",
     "rod_ribbon",
