@@ -75,8 +75,8 @@ def line(state: Equilibrium) -> np.ndarray:
 
 
 def middle(state: Equilibrium) -> tuple[float, float, Ply]:
-    """In the middle of the line: angle (rad) of a strand against the axis, push per length (mean of three stations), and
-    the ply in balance that is twisted as much."""
+    """In the middle of the line: angle (rad) of a strand against the axis, push per length (mean of three stations),
+    and the ply in balance that is twisted as much."""
     found = line(state)
     k = int(np.argmax(found[:, 2]))
     one, other = state.frame(found[k, :2])[:, :, 2]
@@ -158,8 +158,8 @@ def run(out: Path) -> dict[str, Number]:
         if len(own):
             angle, push, known = middle(state)
             offs[turns] = abs(np.degrees(angle - known.angle)), abs(push / known.push - 1.0)
-            cells += [f"{own[0, 0]:.3f} to {own[-1, 0]:.3f}", f"{np.degrees(angle):.2f}", f"{np.degrees(known.angle):.2f}",
-                      f"{push:.0f}", f"{known.push:.0f}"]  # fmt: skip
+            cells += [f"{own[0, 0]:.3f} to {own[-1, 0]:.3f}", f"{np.degrees(angle):.2f}",
+                      f"{np.degrees(known.angle):.2f}", f"{push:.0f}", f"{known.push:.0f}"]  # fmt: skip
         else:
             cells += [""] * 5
         rows.append([*cells, f"{depth(state):.0e}", f"{complementarity(state):.0e}"])
@@ -169,13 +169,15 @@ def run(out: Path) -> dict[str, Number]:
         out / "ply.md",
         "A ply of a round rod",
         "python -m tests.validation ply",
-        f"A round rod of length 1 and diameter {APART:g}, its ends clamped {ENDS:g} apart beside each other, both along "
-        f"the axis, and turned against each other (`kirchhoff`, both bendings alike, torsional over bending stiffness "
-        f"{TORSION:.4f}, {SEGMENTS} segments, no friction). Forces in D w / l^2, energies in D w / l, lengths in l.",
-        "It touches itself at one place, at two, and along a line between two places (Coleman and Swigon). On the line it "
-        "is held at the joints of one strand, each with the nearest place of the other; places of their own slide. The "
-        "angle is that of a strand against the axis, halfway along the line; *ply*: that of least energy with the same "
-        "twist, on a line without end. Between the two the ends of the line are still felt; they fade as it grows.",
+        f"A round rod of length 1 and diameter {APART:g}, its ends clamped {ENDS:g} apart beside each other, both "
+        "along the axis, and turned against each other (`kirchhoff`, both bendings alike, torsional over bending "
+        f"stiffness {TORSION:.4f}, {SEGMENTS} segments, no friction). Forces in D w / l^2, energies in D w / l, "
+        "lengths in l.",
+        "It touches itself at one place, at two, and along a line between two places (Coleman and Swigon). On the "
+        "line it is held at the joints of one strand, each with the nearest place of the other; places of their own "
+        "slide. The angle is that of a strand against the axis, halfway along the line; *ply*: that of least energy "
+        "with the same twist, on a line without end. Between the two the ends of the line are still felt; they fade "
+        "as it grows.",
         page.table(["turns", "places", "sum of forces", "energy", f"energy off, {FEWER} segments", "line from, to (s)",
                     "angle (degrees)", "ply", "push per length", "ply", "penetration", "push times gap"], rows),
         f"At {last:g} turns the angle is {offs[last][0]:.2f} degrees and the push {100 * offs[last][1]:.1f} % from the "
