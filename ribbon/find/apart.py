@@ -1,5 +1,8 @@
 """Parts of a strip kept from each other: self-contact, by an exchange of places.
 
+Of a round rod what is held is a fixed set first, the stations of lines (`ribbon.judge.strands`), and places that slide
+only where strands cross; between two stations whose gap is not what it may be places are then found by halving.
+
 Where an equilibrium's parts are nearer to each other than they may be, the nearest places of each region are held apart
 (`ribbon.problems.itself.pairs`), and the equilibrium is found again from there; what does not push is let go. Contact
 is a condition on every pair of places: an exchange method (R. Hettich and K. Kortanek 1993, doi:10.1137/1035089).

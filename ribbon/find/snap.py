@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ribbon.find import apart
 from ribbon.find.solving.request import How, Options, Progress
 from ribbon.find.solving.verdict import judged
-from ribbon.judge import nearness, strands
+from ribbon.judge import nearness, passage, strands
 from ribbon.problems.itself.pairs import Pair
 from ribbon.problems.mixed import MixedProblem
 from ribbon.result import Equilibrium, Status
@@ -29,6 +29,9 @@ FloatArray = NDArray[np.float64]
 _TRAVEL, _STEPS, _LOOKS = 0.125, 4, 120
 #: Steps between two looks where it hardly moves any more.
 _MOST = 64
+#: Part of that step below which a way that leads through the strip itself is given up.
+_SHORTEST = 0.2
+_PASSED = "The way downhill leads through the strip itself."
 #: How far an unstable state is moved along its mode, over the distance to be kept.
 _KICK = 0.2
 #: Unstable states that are left in turn.
@@ -51,6 +54,15 @@ def downhill(
         warm = None if minimum is None else (apart.rows_of(problem, fresh, minimum), minimum.multipliers)
         minimum = newton_rows.minimise(fresh, x, chosen, progress, warm)
         iterations += minimum.iterations
+        finite = bool(np.all(np.isfinite(minimum.x)))
+        if finite and passage.passage(problem, x, fresh, minimum.x) is not None:
+            if chosen["travel"] < _SHORTEST * travel or spent():
+                problem = fresh
+                minimum = replace(minimum, x=x, residual=1.0, finished=False, message=_PASSED)
+                break
+            chosen.update(travel=0.5 * chosen["travel"], max_iter=_STEPS)
+            minimum = None
+            continue
         moved = float(np.abs(problem.layout.positions(minimum.x) - problem.layout.positions(x)).max())
         problem, x = fresh, minimum.x
         chosen["max_iter"] = _STEPS if moved > travel else min(2 * chosen["max_iter"], _MOST)
@@ -59,11 +71,13 @@ def downhill(
         if minimum.code not in (newton_rows.SOLVED, newton_rows.MOST):
             minimum = None
             chosen["mu_init"] = 1e-4
-    assert minimum is not None
+    if minimum is None:
+        minimum = newton_rows.minimise(problem, x, {**chosen, "max_iter": 0}, progress)
     return problem, replace(minimum, iterations=iterations)
 
 
 def _what_could_meet(problem: MixedProblem, x: FloatArray, below: float) -> tuple[Pair, ...]:
+    """The pairs of places nearer than `below` (l) beyond what they keep."""
     if problem.round:
         return tuple(pair for _, pair in strands.places(problem, x, below))
     return apart.around(problem, [pair for _, pair in nearness.minima(problem, x, below)])

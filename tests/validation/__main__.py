@@ -54,6 +54,7 @@ NAMES = (
     "roman",
     "obstacles",
     "friction",
+    "ply",
     "edges",
     "curl_length",
     "rod_ribbon",

@@ -85,8 +85,8 @@ def test_it_is_its_own_image_and_in_balance(pointed):
 def test_the_force_does_not_depend_on_the_segments(pointed):
     """A place that slides is where it is, whatever joints there are."""
     fine = wound(70, (1.5,))[1.5]
-    assert pushes(fine).sum() == pytest.approx(pushes(pointed[1.5]).sum(), rel=2e-4)
-    assert fine.pairs[0].s == pytest.approx(pointed[1.5].pairs[0].s, abs=1e-4)
+    assert pushes(fine).sum() == pytest.approx(pushes(pointed[1.5]).sum(), rel=5e-4)
+    assert fine.pairs[0].s == pytest.approx(pointed[1.5].pairs[0].s, abs=5e-5)
 
 
 def test_rows_are_smooth_beyond_a_joint():
