@@ -1,5 +1,7 @@
 """Strips that touch each other: beams, a shooting of two elasticas, what is kept and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -9,6 +11,7 @@ from ribbon import Clamp, Gravity, RibbonInputError, Strip
 from ribbon.find.strips import solve as strips
 from ribbon.find.strips import touch
 from ribbon.find.strips.assemble import Member, assembled, shapes
+from ribbon.problems.strips.joint import End, Joint
 from ribbon.problems.strips.place import placed
 from tests.ribbon.strips.strips_scenes import bigon
 
@@ -29,22 +32,30 @@ def cantilevers(over, gap, weight, segments, width=0.05, opposite=False):
     ]
 
 
-def on_high(state):
-    """The force (3,) of all contacts on the second strip."""
-    return -np.sum([one.force for one in state.touching], axis=0)
+def on_high(state, high=-1):
+    """The force (3,) of all contacts on one strip, in D_0 w_0 / l_0^2; -1: the last one."""
+    high %= len(state.strips)
+    return np.sum([one.force * (1.0 if one.one == high else -1.0) for one in state.touching], axis=0)
 
 
-def test_cantilevers_that_cross_share_the_force_as_beams_do():
-    """Small deflections, crossing at x = a: q a^2 (6 - 4 a + a^2) / 24 - F a^3 / 3 - gap = F a^3 / 3."""
+@pytest.mark.parametrize("cut", [False, True])
+def test_cantilevers_that_cross_share_the_force_as_beams_do(cut):
+    """Small deflections, crossing at x = a: q a^2 (6 - 4 a + a^2) / 24 - F a^3 / 3 - gap = F a^3 / 3; cut: the lower
+    one is two strips of half the length, and the unit of all forces four times as large."""
     over, gap, weight = 0.9, 1e-4, 0.02
-    found = strips.solve(cantilevers(over, gap, weight, 10, 0.002), (), UP, "kirchhoff", APART)
+    low, high = cantilevers(over, gap, weight, 10, 0.002)
+    members, joints, unit = [low, high], [], 1.0
+    if cut:
+        half = replace(low.strip, length=0.5)
+        members = [replace(low, strip=half, segments=5), high, Member(half, segments=5)]
+        joints, unit = [Joint(End(0, -1), End(2, 0), "seamless")], 4.0
+    found = strips.solve(members, joints, UP, "kirchhoff", APART)
     sinks = weight * over**2 * (6.0 - 4.0 * over + over**2) / 24.0
     assert found.ok
-    force = on_high(found)
+    force = unit * on_high(found, 1)
     assert force[2] == pytest.approx((sinks - gap) / (2.0 * over**3 / 3.0), rel=2e-3)
-    low, high = (state.start.force[2] for state in found.strips)
-    assert low == pytest.approx(force[2], rel=1e-6)
-    assert high + force[2] == pytest.approx(weight, abs=2e-8)
+    assert unit * found.strips[0].start.force[2] == pytest.approx(force[2], abs=1e-6)
+    assert found.strips[1].start.force[2] + force[2] == pytest.approx(weight, abs=1e-6)
     assert found.depth <= touch.TOLERANCE
 
 
@@ -124,3 +135,21 @@ def test_strips_are_not_looked_at_beside_a_joint_that_joins_them():
         assert max(1.0 - near.pair.s, 1.0 - near.pair.s_other) > beside - 1e-9
     apart = assembled(members, joints[1:], apart=0.03).with_changes(joints=())
     assert touch.minima(apart, x, -0.02)[0][0] < -0.029
+
+
+@pytest.mark.validate  # 10 s
+def test_a_strip_that_is_cut_carries_the_same():
+    """The lower cantilever as two strips of half the length, the first of which is the unit: forces at the clamps."""
+    over, gap, weight = 0.85, 0.005, 3.0
+    low, high = cantilevers(over, gap, weight, 6, opposite=True)
+    half = Strip(length=0.5, width=0.05, poisson=0.3, thickness=0.01)
+    cut = [Member(half, low.start, segments=3, name="first"), Member(half, segments=3, name="second"), high]
+    whole = strips.solve([low, high], (), UP, "kirchhoff", APART)
+    found = strips.solve(cut, [Joint(End(0, -1), End(1, 0), "seamless")], UP, "kirchhoff", APART)
+    assert whole.ok
+    assert found.ok
+    assert {(one.one, one.other) for one in found.touching} == {(1, 2)}
+    assert found.energy.total * 2 == pytest.approx(whole.energy.total, rel=1e-7)
+    assert found.strips[0].start.force * 4 == pytest.approx(whole.strips[0].start.force, abs=1e-5)
+    assert found.strips[2].start.moment == pytest.approx(whole.strips[1].start.moment, abs=1e-5)
+    assert on_high(found) * 4 == pytest.approx(on_high(whole), abs=1e-5)
