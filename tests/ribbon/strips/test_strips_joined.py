@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_bvp, solve_ivp
-from scipy.optimize import fsolve
+from scipy.integrate import solve_bvp
 
 from ribbon import Clamp, Gravity, Strip, solve
-from ribbon.energies import free, names
+from ribbon.energies import names
 from ribbon.find.strips import solve as strips
 from ribbon.find.strips.assemble import Member
 from ribbon.problems.strips.joint import End, Joint
 from ribbon.result import Status
+from tests.reference.joined_rods import bigon_of_rods, stiffnesses
 from tests.ribbon.strips.strips_scenes import OBLIQUE, SECTION, UP, bigon, chain, cut
 
 S = np.linspace(0.0, 1.0, 41)
@@ -241,49 +241,15 @@ def test_segments_half_as_long_tell_the_error():
     assert found.error < 1e-4
 
 
-def rod(moment, force, torsion, sideways):
-    """Place (3,), frame (3, 3) and energy at s = 1 of a rod of bending stiffness 1 and these other two, from s = 0 at
-    the origin with the frame 1 under a moment and a force (3,) there (docs/theory.md, 1.2): R' = R [kappa], r' = t_z,
-    m' = force x t_z, kappa_i = (m . t_i) / B_i, by SciPy's Runge-Kutta of order 8."""
-
-    def slope(s, y):
-        frame = y[3:12].reshape(3, 3)
-        one, two, three = frame.T @ y[12:15] / np.array([1.0, sideways, torsion])
-        turning = np.array([[0.0, -three, two], [three, 0.0, -one], [-two, one, 0.0]])
-        energy = 0.5 * (one**2 + sideways * two**2 + torsion * three**2)
-        return np.concatenate([frame[:, 2], (frame @ turning).ravel(), np.cross(force, frame[:, 2]), [energy]])
-
-    first = np.concatenate([np.zeros(3), np.eye(3).ravel(), moment, [0.0]])
-    y = solve_ivp(slope, (0.0, 1.0), first, method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
-    return y[:3], y[3:12].reshape(3, 3), y[15]
-
-
 def test_a_bigon_of_rods_is_that_of_a_shooting_in_space():
     """Both strips from the joint at s = 0, under opposite forces and moments there: at s = l they meet at the angle."""
     degrees = 40.0
     members, joints = bigon(degrees, 1, (1.0, 1.0))
     members = [replace(member, segments=32) for member in members]
     found = strips.solve(members, joints, energy="kirchhoff")
-    fields = found.problem.parts[0].fields
-    torsion = 2.0 * (1.0 - 0.4) * (1.0 - 192.0 * 0.2 / np.pi**5 * sum(
-        np.tanh(n * np.pi / 0.4) / n**5 for n in range(1, 60, 2)))  # fmt: skip
-    sideways = free.in_plane_stiffness(fields.section)
-    angle = np.radians(degrees)
-    turn = np.array([[np.cos(angle), 0.0, np.sin(angle)], [0.0, 1.0, 0.0], [-np.sin(angle), 0.0, np.cos(angle)]])
-
-    def misses(u):
-        moment, force = u[:3], u[3:]
-        place, frame, _ = rod(moment, force, torsion, sideways)
-        other, last, _ = rod(-turn.T @ moment, -turn.T @ force, torsion, sideways)
-        apart = (frame @ turn.T).T @ turn @ last
-        return np.concatenate([place - turn @ other, [apart[2, 1], apart[0, 2], apart[1, 0]]])
-
-    guess = np.concatenate([found.joints[0].moment, np.zeros(3)])
-    solution = fsolve(misses, guess + 0.01, xtol=1e-12)
-    assert np.abs(misses(solution)).max() < 1e-9
-    place, _, energy = rod(solution[:3], solution[3:], torsion, sideways)
+    known = bigon_of_rods(degrees, *stiffnesses(0.05, 0.01, 0.4), found.joints[0].moment)
     assert found.ok
-    assert np.abs(solution[3:]).max() < 1e-7
-    assert 0.5 * found.energy.total == pytest.approx(energy, rel=1e-6)
-    assert found.positions(0, np.array([1.0]))[0] == pytest.approx(place, abs=1e-6)
-    assert np.linalg.norm(found.joints[0].moment) == pytest.approx(np.linalg.norm(solution[:3]), rel=1e-5)
+    assert np.abs(known.force).max() < 1e-7
+    assert 0.5 * found.energy.total == pytest.approx(known.energy, rel=1e-6)
+    assert found.positions(0, np.array([1.0]))[0] == pytest.approx(known.end, abs=1e-6)
+    assert found.joints[0].moment == pytest.approx(known.moment, abs=1e-4)

@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
-from scipy.optimize import fsolve
 
 from ribbon import Clamp, Gravity, RibbonInputError, Strip
 from ribbon.find.strips import solve as strips
@@ -13,6 +11,7 @@ from ribbon.find.strips import touch
 from ribbon.find.strips.assemble import Member, assembled, shapes
 from ribbon.problems.strips.joint import End, Joint
 from ribbon.problems.strips.place import placed
+from tests.reference.joined_rods import facing
 from tests.ribbon.strips.strips_scenes import bigon
 
 UP = Gravity((0.0, 0.0, 1.0))
@@ -59,35 +58,11 @@ def test_cantilevers_that_cross_share_the_force_as_beams_do(cut):
     assert found.depth <= touch.TOLERANCE
 
 
-def elasticas(span, gap, weight, guess):
-    """Two elasticas in a plane that face each other, the tip of the second on the first: force, place s, both moments
-    at the clamps, angle there. An independent shooting (docs/theory.md, 1.3): theta' = m, m' = n x t."""
-
-    def rod(moment, along, up, load, length):
-        def slope(s, y):
-            return [np.cos(y[2]), np.sin(y[2]), y[3], y[4] * np.sin(y[2]) - y[5] * np.cos(y[2]), 0.0, load]
-
-        return solve_ivp(slope, (0.0, length), [0.0, 0.0, 0.0, moment, along, up], rtol=1e-11, atol=1e-12).y[:, -1]
-
-    def misses(u):
-        force, s, low, high, angle = u
-        push = force * np.array([np.sin(angle), -np.cos(angle)])
-        first = rod(low, *push, 0.0, s)
-        second = rod(high, push[0], -push[1] - weight, weight, 1.0)
-        tip = np.array([span - second[0], APART + gap + second[1]])
-        normal = np.array([-np.sin(first[2]), np.cos(first[2])])
-        return [first[3], second[3], *(tip - first[:2] - APART * normal), first[2] - angle]
-
-    found = fsolve(misses, guess, xtol=1e-12)
-    assert np.abs(misses(found)).max() < 1e-9
-    return found
-
-
 def test_cantilevers_that_face_each_other_press_as_two_elasticas():
     over, gap, weight = 0.85, 0.005, 3.0
     found = strips.solve(cantilevers(over, gap, weight, 8, opposite=True), (), UP, "kirchhoff", APART)
     assert found.ok
-    force, place, low, _, angle = elasticas(2 * over, gap, weight, [0.8, 0.71, -0.6, -0.7, -0.2])
+    force, place, low, _, angle = facing(2 * over, gap, APART, weight, [0.8, 0.71, -0.6, -0.7, -0.2])
     pushed = on_high(found)
     assert np.linalg.norm(pushed) == pytest.approx(force, rel=1e-3)
     assert np.arctan2(-pushed[0], pushed[2]) == pytest.approx(angle, abs=2e-3)
