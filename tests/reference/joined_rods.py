@@ -20,7 +20,7 @@ def stiffnesses(width, thickness, poisson):
 
 def rod(moment, force, torsion, sideways):
     """Place (3,), frame (3, 3) and energy at s = 1 of a rod of bending stiffness 1 and these other two, from s = 0 at
-    the origin with the frame 1 under a moment and a force (3,) there (docs/theory.md, 1.2): R' = R [kappa], r' = t_z,
+    the origin with the frame 1 under a moment and a force (3,) there: R' = R [kappa], r' = t_z,
     m' = force x t_z, kappa_i = (m . t_i) / B_i, by SciPy's Runge-Kutta of order 8."""
 
     def slope(s, y):
@@ -63,9 +63,9 @@ def bigon_of_rods(degrees, torsion, sideways, moment):
 
 
 def facing(span, gap, apart, weight, guess):
-    """Two elasticas in a plane that face each other, the tip of the second, that is heavy, `apart` from the first, whose clamps are a span from each other and the second's
-    `apart` + gap higher: force, place s, both moments
-    at the clamps, angle there. An independent shooting (docs/theory.md, 1.3): theta' = m, m' = n x t."""
+    """Two elasticas of length 1 in a plane that face each other, the tip of the second, which is heavy, `apart` from
+    the first: force, place s on the first, both moments at the clamps, angle at the place. span: between their clamps;
+    the second one's is `apart` + gap higher. theta' = m, m' = n x t."""
 
     def along_it(moment, along, up, load, length):
         def slope(s, y):

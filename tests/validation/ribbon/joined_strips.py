@@ -123,14 +123,14 @@ def run(out: Path) -> dict[str, Number]:
             [[energy, *(f"{value:.0e}" for parts in PARTS for value in cuts[energy, parts])] for energy in ENERGIES],
         ),
         "## A bigon beside shooting",
-        f"Two straight strips (w / l = 0.05, h / w = 0.2) joined at both ends at {ANGLE:g} degrees in their plane: they "
-        "rise out of it to either side. Rods of the same section by a shooting in space "
+        f"Two straight strips (w / l = 0.05, h / w = 0.2) joined at both ends at {ANGLE:g} degrees in their plane: "
+        "they rise out of it to either side. Rods of the same section by a shooting in space "
         f"(`tests/reference/joined_rods.py`) have the energy {shot().energy:.8f} each; `kirchhoff` is off by (part)",
         page.table(["segments of a strip", "energy off"],
                    [[str(n), f"{error:.1e}"] for n, error in zip(SEGMENTS, errors, strict=True)]),
         f"Order {order:.1f}. A joint of a free bigon exerts a moment and no force: {unclamped():.0e} at the most.",
-        "Over the angle, with 16 segments a strip: energy of both strips, height of the far joint over the plane of the "
-        "near one, moment of a joint, lowest eigenvalue.",
+        "Over the angle, with 16 segments a strip: energy of both strips, height of the far joint over the plane of "
+        "the near one, moment of a joint, lowest eigenvalue.",
         page.table(["degrees", *(f"{what}, {name}" for what in ("energy", "height", "moment", "eigenvalue")
                                  for name in ("rod", "wunderlich"))], arches),
         "## Two cantilevers that face each other",
