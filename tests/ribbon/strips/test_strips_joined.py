@@ -13,7 +13,7 @@ from ribbon.find.strips.assemble import Member
 from ribbon.problems.strips.joint import End, Joint
 from ribbon.result import Status
 from tests.reference.joined_rods import bigon_of_rods, stiffnesses
-from tests.ribbon.strips.strips_scenes import OBLIQUE, SECTION, UP, bigon, chain, cut
+from tests.ribbon.strips.strips_scenes import OBLIQUE, SECTION, UP, bigon, chain, cut, ring
 
 S = np.linspace(0.0, 1.0, 41)
 
@@ -153,6 +153,27 @@ def test_three_strips_closed_into_a_ring_are_a_circle():
     assert found.ok
     assert found.energy.total == pytest.approx(3 * 0.5 * (2 * np.pi / 3) ** 2, rel=1e-9)
     assert all(np.abs(joint.force).max() < 1e-7 for joint in found.joints)
+
+
+def test_a_ring_of_bigons_has_two_stable_states():
+    """Six of 60 degrees. Open: alike, with joints at the corners of a hexagon. Folded threefold (T. Yu et al.,
+    arXiv:2011.06905): every strip is half a great circle of one sphere, E = pi^2 / 2 of each, and all
+    joints stand at its two poles."""
+    opened, folded = (strips.solve(*ring(6, 60.0, turns), energy="kirchhoff") for turns in (1, 3))
+    for state in (opened, folded):
+        assert state.ok
+        assert state.unstable_modes == 0
+        energies = [strip.energy.total for strip in state.strips]
+        assert energies == pytest.approx([energies[0]] * 12, rel=1e-7)
+    assert folded.energy.total == pytest.approx(6 * np.pi**2, rel=1e-9)
+    assert opened.energy.total < folded.energy.total
+    places = np.array([joint.at for joint in folded.joints])
+    apart = np.linalg.norm(places[:, None] - places[None], axis=2)
+    assert np.minimum(apart, np.abs(apart - 2.0 / np.pi)).max() < 1e-7
+    corners = np.array([joint.at for joint in opened.joints[::3]])
+    side = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1)
+    assert side == pytest.approx([side[0]] * 6, rel=1e-7)
+    assert np.linalg.norm(corners[0] - corners[3]) == pytest.approx(2.0 * side[0], rel=1e-7)
 
 
 def test_a_hinged_strip_hangs_straight_down_from_a_cantilever():

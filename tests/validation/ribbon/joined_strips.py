@@ -14,7 +14,7 @@ from ribbon.energies import names
 from ribbon.find.strips import solve as strips
 from ribbon.find.strips.result import StripsEquilibrium
 from tests.reference.joined_rods import Bigon, bigon_of_rods, facing, stiffnesses
-from tests.ribbon.strips.strips_scenes import OBLIQUE, SECTION, UP, bigon, chain, cut
+from tests.ribbon.strips.strips_scenes import OBLIQUE, SECTION, UP, bigon, chain, cut, ring
 from tests.ribbon.strips.test_strips_touch import APART, cantilevers, on_high
 from tests.validation import page
 from tests.validation.number import Number, rounding
@@ -27,6 +27,8 @@ ANGLE, SEGMENTS, ANGLES = 40.0, (8, 16, 32), (10.0, 20.0, 30.0, 40.0, 60.0)
 #: The facing cantilevers: clamp to tip, gap, weight, segments.
 OVER, GAP, WEIGHT, PRESSED = 0.85, 0.005, 3.0, (8, 16, 32)
 S = np.linspace(0.0, 1.0, 101)
+#: Bigons of a ring; their angles; turns of its starts.
+CELLS, RINGS, TURNS = 6, (50.0, 60.0, 70.0), (1, 3)
 
 
 def checked(found: StripsEquilibrium) -> StripsEquilibrium:
@@ -61,6 +63,12 @@ def shot(degrees: float = ANGLE) -> Bigon:
 def off(segments: int) -> float:
     """Relative difference of the bigon's energy to shooting."""
     return abs(0.5 * arched(ANGLE, segments).energy.total / shot().energy - 1.0)
+
+
+@cache
+def rings(degrees: float, turns: int) -> StripsEquilibrium:
+    """Six bigons in a ring, begun as so many turns."""
+    return checked(strips.solve(*ring(CELLS, degrees, turns), energy="kirchhoff"))
 
 
 @cache
@@ -108,6 +116,14 @@ def run(out: Path) -> dict[str, Number]:
                        *(f"{abs(state.strips[0].end.position[1]):.4f}" for state in (one, other)),
                        *(f"{np.linalg.norm(state.joints[0].moment):.4f}" for state in (one, other)),
                        *(f"{state.lowest_eigenvalue:.3f}" for state in (one, other))])  # fmt: skip
+    lunes = abs(rings(60.0, 3).energy.total / (6.0 * math.pi**2) - 1.0)
+    table = []
+    for degrees in RINGS:
+        for turns in TURNS:
+            state = rings(degrees, turns)
+            each = [strip.energy.total for strip in state.strips]
+            table.append([f"{degrees:g}", str(turns), f"{state.energy.total:.6f}", f"{min(each):.5f}, {max(each):.5f}",
+                          f"{state.lowest_eigenvalue:.4f}"])  # fmt: skip
     gap = max(abs(one.gap - APART) for one in pressed(PRESSED[-1]).touching)
     page.write(
         out / "joined_strips.md",
@@ -136,6 +152,12 @@ def run(out: Path) -> dict[str, Number]:
         "the near one, moment of a joint, lowest eigenvalue.",
         page.table(["degrees", *(f"{what}, {name}" for what in ("energy", "height", "moment", "eigenvalue")
                                  for name in ("rod", "wunderlich"))], arches),
+        "## A ring of bigons",
+        f"{CELLS} bigons (w / l = 0.1, h / w = 0.2) in a ring, one strip of each going on into the next: open, and "
+        "folded threefold like a band saw's blade (Yu et al., arXiv:2011.06905), which is a second stable state where "
+        "the angle is large enough. Its strips are half great circles of one sphere, E = pi^2 / 2 of each: "
+        f"{lunes:.0e} off. From 50 degrees on three turns it is a saddle, which is left for the open state.",
+        page.table(["degrees", "turns at the start", "energy", "of its strips, least and most", "eigenvalue"], table),
         "## Two cantilevers that face each other",
         f"The tip of a heavy one (Gamma = {WEIGHT:g}) on a weightless one, centre surfaces {APART:g} apart; two planar "
         f"elasticas by shooting press each other with {force():.6f}. Two pairs of places, at both edges, by elements:",
@@ -151,6 +173,9 @@ def run(out: Path) -> dict[str, Number]:
         "bigon_shot": Number(shot().energy, 1e-8, "D w / l", ".6f"),
         "bigon_off": Number(errors[-1], 1e-8, "", ".1e"),
         "bigon_order": Number(order, 0.3, "", ".1f"),
+        "ring_open": Number(rings(60.0, 1).energy.total, 1e-2, "D w / l", ".4f"),
+        "ring_folded": Number(rings(60.0, 3).energy.total, 1e-8 + abs(rings(60.0, 3).energy.total - 6.0 * math.pi**2),
+                              "D w / l", ".6f"),
         "push": Number(push(PRESSED[0]), abs(push(PRESSED[0]) - force()), "D w / l^2", ".6f"),
         "push_shot": Number(force(), 1e-6, "D w / l^2", ".6f"),
         "push_off": Number(misses[-1], misses[-1], "", ".1e"),
