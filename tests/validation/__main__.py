@@ -64,6 +64,7 @@ NAMES = (
     "clamp_limit",
     "elastica_order",
     "self_contact_planar",
+    "joined_strips",
     "daisy",
     "cantilever",
     "shell_mesh",

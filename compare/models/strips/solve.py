@@ -21,6 +21,8 @@ FloatArray = NDArray[np.float64]
 
 #: What ribbon.find.strips refuses -> where the scene says it.
 _KEYS = {"joint": "joint", "strips": "strip", "start": "contact.distance"}
+#: Words of a status that has a shape and forces.
+_STATIONARY = ("converged", "saddle")
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,11 @@ class StripsState:
     def ok(self) -> bool:
         """Converged and stable."""
         return bool(self.native.ok)
+
+    @property
+    def is_equilibrium(self) -> bool:
+        """Stationary, stable or not: it has a shape and forces."""
+        return self.native.status.code in _STATIONARY
 
 
 def solved(
@@ -66,9 +73,9 @@ def solved(
     seconds = {"first": first, "error": time.perf_counter() - clock - first}
     shapes = tuple(RibbonShape(strip) for strip in found.strips)
     over = tuple(found.problem.lengths_over)
-    return StripsState(
-        scene, found, shapes, over, tuple(_balance(scene, found, k) for k in range(len(shapes))), seconds
-    )
+    known = found.status.code in _STATIONARY
+    balance = tuple(_balance(scene, found, k) if known else float("nan") for k in range(len(shapes)))
+    return StripsState(scene, found, shapes, over, balance, seconds)
 
 
 def _balance(scene: StripsScene, found: Any, k: int) -> float:

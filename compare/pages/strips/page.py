@@ -75,6 +75,10 @@ def rows(state: StripsState, units: Units | None = None) -> list[tuple[str, str]
     found = [
         ("status", native.message),
         ("residual", f"{native.residual:.1e} after {native.iterations} iterations"),
+    ]
+    if not state.is_equilibrium:
+        return found
+    found += [
         ("energy", f"elastic {units.text(energy.elastic, 'D w / l')}, total {units.text(energy.total, 'D w / l')}"),
         ("lowest eigenvalue", f"{native.lowest_eigenvalue:.4g}"),
         ("left of force and moment", f"{max(state.balance):.1e}"),
@@ -115,6 +119,10 @@ def result(state: StripsState) -> dict[str, Any]:
     """result.json: numbers in l and D w of the first strip."""
     native, scene = state.native, state.scene
     energy, units = native.energy, scene.first.units
+    energies = {
+        "bending": energy.bending, "natural": energy.natural, "elastic": energy.elastic, "gravity": energy.gravity,
+        "total": energy.total,
+    }  # fmt: skip
     whys = {} if native.error is not None else {"discretisation_error_why": "elements half as long found no such state"}
     return {
         "title": scene.title,
@@ -125,16 +133,13 @@ def result(state: StripsState) -> dict[str, Any]:
         "unstable_modes": native.unstable_modes,
         "residual": native.residual,
         "iterations": native.iterations,
-        "energy": {
-            "bending": energy.bending, "natural": energy.natural, "elastic": energy.elastic,
-            "gravity": energy.gravity, "total": energy.total,
-        },
+        "energy": energies if state.is_equilibrium else None,
         "discretisation_error": native.error,
         **whys,
         "left_saddle": native.left,
         "strips": {name: _strip(state, k) for k, name in enumerate(scene.names)},
-        "joints": [_joint(state, k) for k in range(len(scene.joints))],
-        "contact": _contact(state),
+        "joints": [_joint(state, k) for k in range(len(scene.joints))] if state.is_equilibrium else None,
+        "contact": _contact(state) if state.is_equilibrium else None,
         "units_of": scene.names[0],
         "units": units.to_dict() if units.known else None,
         "model": {
@@ -154,6 +159,9 @@ def _pose(state: StripsState, k: int, s: float) -> dict[str, Any]:
 def _strip(state: StripsState, k: int) -> dict[str, Any]:
     strip = state.native.strips[k]
     over, unit = state.over[k], state.native.problem.stiffness_over[k]
+    if not state.is_equilibrium:
+        nothing = dict.fromkeys(("energy", "start", "middle", "end", "forces", "moments"))
+        return {"length": over, "width": over * strip.problem.strip.relative_width, "stiffness": unit * over, **nothing}
     found: dict[str, Any] = {
         "length": over, "width": over * strip.problem.strip.relative_width, "stiffness": unit * over,
         "energy": {"elastic": unit * strip.energy.elastic, "gravity": unit * strip.energy.gravity},
@@ -200,6 +208,10 @@ def write(out: Path, state: StripsState, again: str) -> None:
     found, verdict = result(state), answer(state)
     atomic_write_json(out / RESULT, explained({**found, "answer": verdict}))
     surfaces, grids, files = [], {}, {RESULT: "all numbers"}
+    if not state.is_equilibrium:
+        study = Study("solve", state.scene.title, verdict=verdict, sentences=(state.native.message,), files=files)
+        study.write(out, found, again, state.scene)
+        return
     for name, shape, over, strip in zip(state.scene.names, state.shapes, state.over, state.scene.strips, strict=True):
         grid = Grid.for_shape(strip, shape.bend)
         points = over * grid.of(shape)

@@ -233,7 +233,7 @@ def _verdict(
     if not np.all(np.isfinite(point.x)) or not np.isfinite(point.residual):
         return Status.FAILED, Status.FAILED.value, None
     if point.residual > RESIDUAL_TOLERANCE:
-        status = Status.INFEASIBLE if violation(problem, point.x) > 1e-6 else Status.NOT_CONVERGED
+        status = Status.INFEASIBLE if violation(problem, point.x) > 1e-6 and not spent() else Status.NOT_CONVERGED
         return status, f"{status.value} ({point.message})", None
     if depth is not None and depth > touch.TOLERANCE:
         return Status.NOT_CONVERGED, f"strips are {depth:.2g} l nearer to each other than they are kept", None

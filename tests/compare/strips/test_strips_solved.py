@@ -96,9 +96,17 @@ def test_all_of_it_in_the_units_of_either_strip():
 def test_strips_that_find_no_equilibrium_say_so(tmp_path):
     assert run(tmp_path, "solve", "bigon", "--set", "model.budget=1e-9") == 1
     found = json.loads((tmp_path / "out" / "result.json").read_text())
-    assert found["status"] != "converged"
+    assert found["status"] == "not_converged"
     assert found["discretisation_error"] is None
     assert found["discretisation_error_why"]
+    assert (
+        found["energy"]
+        is found["joints"]
+        is found["strips"]["left"]["end"]
+        is found["strips"]["left"]["forces"]
+        is None
+    )
+    assert {path.suffix for path in (tmp_path / "out").iterdir() if path.is_file()} == {".json"}
 
 
 @pytest.mark.parametrize(

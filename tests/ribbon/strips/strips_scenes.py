@@ -41,3 +41,19 @@ def bigon(
     ends = (Joint(End(0, 0), End(1, 0), "rigid", turn(axis, degrees)),
             Joint(End(0, -1), End(1, -1), "rigid", turn(axis, -degrees)))  # fmt: skip
     return members, list(ends)
+
+
+def ring(cells: int, degrees: float, turns: int, segments: int = 8) -> tuple[list[Member], list[Joint]]:
+    """A ring of bigons (w / l = 0.1, h / w = 0.2): a strip of each goes on into the next; begun as so many turns."""
+    strip = Strip(length=1.0, width=0.1, poisson=0.3, thickness=0.02)
+    begin = (-2.0 * np.pi * turns / cells,)
+    members = [Member(strip, segments=segments, curvature=begin) for _ in range(2 * cells)]
+    joints = []
+    for one in range(0, 2 * cells, 2):
+        other, following = one + 1, (one + 2) % (2 * cells)
+        joints += [
+            Joint(End(one, 0), End(other, 0), "rigid", turn(1, degrees)),
+            Joint(End(one, -1), End(other, -1), "rigid", turn(1, -degrees)),
+            Joint(End(other, -1), End(following, 0), "rigid"),
+        ]
+    return members, joints

@@ -12,7 +12,8 @@ from ribbon.find.strips import solve as strips
 from ribbon.find.strips.assemble import Member
 from ribbon.problems.strips.joint import End, Joint
 from ribbon.result import Status
-from tests.ribbon.strips.strips_scenes import OBLIQUE, SECTION, UP, bigon, chain, cut
+from tests.reference.joined_rods import bigon_of_rods, stiffnesses
+from tests.ribbon.strips.strips_scenes import OBLIQUE, SECTION, UP, bigon, chain, cut, ring
 
 S = np.linspace(0.0, 1.0, 41)
 
@@ -154,6 +155,27 @@ def test_three_strips_closed_into_a_ring_are_a_circle():
     assert all(np.abs(joint.force).max() < 1e-7 for joint in found.joints)
 
 
+def test_a_ring_of_bigons_has_two_stable_states():
+    """Six of 60 degrees. Open: alike, with joints at the corners of a hexagon. Folded threefold (T. Yu et al.,
+    arXiv:2011.06905): every strip is half a great circle of one sphere, E = pi^2 / 2 of each, and all
+    joints stand at its two poles."""
+    opened, folded = (strips.solve(*ring(6, 60.0, turns), energy="kirchhoff") for turns in (1, 3))
+    for state in (opened, folded):
+        assert state.ok
+        assert state.unstable_modes == 0
+        energies = [strip.energy.total for strip in state.strips]
+        assert energies == pytest.approx([energies[0]] * 12, rel=1e-7)
+    assert folded.energy.total == pytest.approx(6 * np.pi**2, rel=1e-9)
+    assert opened.energy.total < folded.energy.total
+    places = np.array([joint.at for joint in folded.joints])
+    apart = np.linalg.norm(places[:, None] - places[None], axis=2)
+    assert np.minimum(apart, np.abs(apart - 2.0 / np.pi)).max() < 1e-7
+    corners = np.array([joint.at for joint in opened.joints[::3]])
+    side = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1)
+    assert side == pytest.approx([side[0]] * 6, rel=1e-7)
+    assert np.linalg.norm(corners[0] - corners[3]) == pytest.approx(2.0 * side[0], rel=1e-7)
+
+
 def test_a_hinged_strip_hangs_straight_down_from_a_cantilever():
     """The hinge about t_x carries the weight of what hangs at it and no moment about its axis."""
     level = Clamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
@@ -238,3 +260,17 @@ def test_segments_half_as_long_tell_the_error():
     finest = strips.refined(strips.refined(found))
     assert strips.distance(found, finest) == pytest.approx(found.error, rel=0.1)
     assert found.error < 1e-4
+
+
+def test_a_bigon_of_rods_is_that_of_a_shooting_in_space():
+    """Both strips from the joint at s = 0, under opposite forces and moments there: at s = l they meet at the angle."""
+    degrees = 40.0
+    members, joints = bigon(degrees, 1, (1.0, 1.0))
+    members = [replace(member, segments=32) for member in members]
+    found = strips.solve(members, joints, energy="kirchhoff")
+    known = bigon_of_rods(degrees, *stiffnesses(0.05, 0.01, 0.4), found.joints[0].moment)
+    assert found.ok
+    assert np.abs(known.force).max() < 1e-7
+    assert 0.5 * found.energy.total == pytest.approx(known.energy, rel=1e-6)
+    assert found.positions(0, np.array([1.0]))[0] == pytest.approx(known.end, abs=1e-6)
+    assert found.joints[0].moment == pytest.approx(known.moment, abs=1e-4)

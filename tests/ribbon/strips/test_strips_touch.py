@@ -1,15 +1,17 @@
 """Strips that touch each other: beams, a shooting of two elasticas, what is kept and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
-from scipy.optimize import fsolve
 
 from ribbon import Clamp, Gravity, RibbonInputError, Strip
 from ribbon.find.strips import solve as strips
 from ribbon.find.strips import touch
 from ribbon.find.strips.assemble import Member, assembled, shapes
+from ribbon.problems.strips.joint import End, Joint
 from ribbon.problems.strips.place import placed
+from tests.reference.joined_rods import facing
 from tests.ribbon.strips.strips_scenes import bigon
 
 UP = Gravity((0.0, 0.0, 1.0))
@@ -29,54 +31,38 @@ def cantilevers(over, gap, weight, segments, width=0.05, opposite=False):
     ]
 
 
-def on_high(state):
-    """The force (3,) of all contacts on the second strip."""
-    return -np.sum([one.force for one in state.touching], axis=0)
+def on_high(state, high=-1):
+    """The force (3,) of all contacts on one strip, in D_0 w_0 / l_0^2; -1: the last one."""
+    high %= len(state.strips)
+    return np.sum([one.force * (1.0 if one.one == high else -1.0) for one in state.touching], axis=0)
 
 
-def test_cantilevers_that_cross_share_the_force_as_beams_do():
-    """Small deflections, crossing at x = a: q a^2 (6 - 4 a + a^2) / 24 - F a^3 / 3 - gap = F a^3 / 3."""
+@pytest.mark.parametrize("cut", [False, True])
+def test_cantilevers_that_cross_share_the_force_as_beams_do(cut):
+    """Small deflections, crossing at x = a: q a^2 (6 - 4 a + a^2) / 24 - F a^3 / 3 - gap = F a^3 / 3; cut: the lower
+    one is two strips of half the length, and the unit of all forces four times as large."""
     over, gap, weight = 0.9, 1e-4, 0.02
-    found = strips.solve(cantilevers(over, gap, weight, 10, 0.002), (), UP, "kirchhoff", APART)
+    low, high = cantilevers(over, gap, weight, 10, 0.002)
+    members, joints, unit = [low, high], [], 1.0
+    if cut:
+        half = replace(low.strip, length=0.5)
+        members = [replace(low, strip=half, segments=5), high, Member(half, segments=5)]
+        joints, unit = [Joint(End(0, -1), End(2, 0), "seamless")], 4.0
+    found = strips.solve(members, joints, UP, "kirchhoff", APART)
     sinks = weight * over**2 * (6.0 - 4.0 * over + over**2) / 24.0
     assert found.ok
-    force = on_high(found)
+    force = unit * on_high(found, 1)
     assert force[2] == pytest.approx((sinks - gap) / (2.0 * over**3 / 3.0), rel=2e-3)
-    low, high = (state.start.force[2] for state in found.strips)
-    assert low == pytest.approx(force[2], rel=1e-6)
-    assert high + force[2] == pytest.approx(weight, abs=2e-8)
+    assert unit * found.strips[0].start.force[2] == pytest.approx(force[2], abs=1e-6)
+    assert found.strips[1].start.force[2] + force[2] == pytest.approx(weight, abs=1e-6)
     assert found.depth <= touch.TOLERANCE
-
-
-def elasticas(span, gap, weight, guess):
-    """Two elasticas in a plane that face each other, the tip of the second on the first: force, place s, both moments
-    at the clamps, angle there. An independent shooting (docs/theory.md, 1.3): theta' = m, m' = n x t."""
-
-    def rod(moment, along, up, load, length):
-        def slope(s, y):
-            return [np.cos(y[2]), np.sin(y[2]), y[3], y[4] * np.sin(y[2]) - y[5] * np.cos(y[2]), 0.0, load]
-
-        return solve_ivp(slope, (0.0, length), [0.0, 0.0, 0.0, moment, along, up], rtol=1e-11, atol=1e-12).y[:, -1]
-
-    def misses(u):
-        force, s, low, high, angle = u
-        push = force * np.array([np.sin(angle), -np.cos(angle)])
-        first = rod(low, *push, 0.0, s)
-        second = rod(high, push[0], -push[1] - weight, weight, 1.0)
-        tip = np.array([span - second[0], APART + gap + second[1]])
-        normal = np.array([-np.sin(first[2]), np.cos(first[2])])
-        return [first[3], second[3], *(tip - first[:2] - APART * normal), first[2] - angle]
-
-    found = fsolve(misses, guess, xtol=1e-12)
-    assert np.abs(misses(found)).max() < 1e-9
-    return found
 
 
 def test_cantilevers_that_face_each_other_press_as_two_elasticas():
     over, gap, weight = 0.85, 0.005, 3.0
     found = strips.solve(cantilevers(over, gap, weight, 8, opposite=True), (), UP, "kirchhoff", APART)
     assert found.ok
-    force, place, low, _, angle = elasticas(2 * over, gap, weight, [0.8, 0.71, -0.6, -0.7, -0.2])
+    force, place, low, _, angle = facing(2 * over, gap, APART, weight, [0.8, 0.71, -0.6, -0.7, -0.2])
     pushed = on_high(found)
     assert np.linalg.norm(pushed) == pytest.approx(force, rel=1e-3)
     assert np.arctan2(-pushed[0], pushed[2]) == pytest.approx(angle, abs=2e-3)
@@ -124,3 +110,21 @@ def test_strips_are_not_looked_at_beside_a_joint_that_joins_them():
         assert max(1.0 - near.pair.s, 1.0 - near.pair.s_other) > beside - 1e-9
     apart = assembled(members, joints[1:], apart=0.03).with_changes(joints=())
     assert touch.minima(apart, x, -0.02)[0][0] < -0.029
+
+
+@pytest.mark.validate  # 10 s
+def test_a_strip_that_is_cut_carries_the_same():
+    """The lower cantilever as two strips of half the length, the first of which is the unit: forces at the clamps."""
+    over, gap, weight = 0.85, 0.005, 3.0
+    low, high = cantilevers(over, gap, weight, 6, opposite=True)
+    half = Strip(length=0.5, width=0.05, poisson=0.3, thickness=0.01)
+    cut = [Member(half, low.start, segments=3, name="first"), Member(half, segments=3, name="second"), high]
+    whole = strips.solve([low, high], (), UP, "kirchhoff", APART)
+    found = strips.solve(cut, [Joint(End(0, -1), End(1, 0), "seamless")], UP, "kirchhoff", APART)
+    assert whole.ok
+    assert found.ok
+    assert {(one.one, one.other) for one in found.touching} == {(1, 2)}
+    assert found.energy.total * 2 == pytest.approx(whole.energy.total, rel=1e-7)
+    assert found.strips[0].start.force * 4 == pytest.approx(whole.strips[0].start.force, abs=1e-5)
+    assert found.strips[2].start.moment == pytest.approx(whole.strips[1].start.moment, abs=1e-5)
+    assert on_high(found) * 4 == pytest.approx(on_high(whole), abs=1e-5)
