@@ -258,7 +258,7 @@ def shell_words(scene: Scene) -> str:
     mesh = " x ".join(map(str, shell_elements(scene))) + " elements"
     if shell.tolerance is not None:
         mesh += f" at first, refined to {shell.tolerance:g} {REQUESTED[shell.goal]}"
-    words = [_holds(scene, what, where), mesh]
+    words = [_holds(scene, what), mesh]
     if scene.barriers:
         kinds = [name for name, given in (("walls", scene.walls), ("obstacles", scene.obstacles)) if given]
         met = "the middle surface meets" if shell.contact == "midsurface" else "both faces meet"
