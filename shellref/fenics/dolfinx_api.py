@@ -153,25 +153,40 @@ def compile_form(form: Any) -> Any:
         return fem.form(form, **options)
 
 
+#: Columns of cells that the first process has of a closed strip, two at each end: its neighbours' copies of the inner
+#: ones have no node of the seam.
+SEAM = 4
+
+
 # --- mesh ------------------------------------------------------------------------------------------------------------
-def rectangle(s_knots: np.ndarray, v_knots: np.ndarray, comm: Any) -> Any:
+def rectangle(s_knots: np.ndarray, v_knots: np.ndarray, comm: Any, closed: bool = False) -> Any:
     """Quadrilateral mesh of the material coordinates (S, v) with these ends of elements (nx + 1,), (ny + 1,).
 
     Cells, counted across the strip first, are dealt out in equal runs: a process has a piece of the strip's length and
     shares one row of nodes, about 2 ny, with each neighbour. Fewer cells than processes: ValueError on all of them.
+    closed: columns of cells go by their distance from the nearer end, so that the first process has both ends, and no
+    other one knows a node of the seam; each process has two pieces of the length.
     """
     nx, ny = len(s_knots) - 1, len(v_knots) - 1
     if nx * ny < comm.size:
         raise ValueError(f"a mesh of {nx} x {ny} elements cannot be shared by {comm.size} processes: use fewer")
     ends = np.arange(comm.size + 1) * (nx * ny) // comm.size
-    mine = np.arange(ends[comm.rank], ends[comm.rank + 1])
+    if closed and comm.size > 1 and ends[1] < SEAM * ny:
+        raise ValueError(f"a band of {nx} x {ny} elements cannot be shared by {comm.size} processes: use fewer")
+    columns = np.arange(nx)
+    if closed and comm.size > 1:
+        columns = np.argsort(np.minimum(columns, nx - 1 - columns), kind="stable")
+    numbers = (columns[:, None] * ny + np.arange(ny)).ravel()  # of the cells, in the order in which they are dealt out
+    mine = numbers[ends[comm.rank] : ends[comm.rank + 1]]
     first = mine // ny * (ny + 1) + mine % ny
     cells = np.stack([first, first + ny + 1, first + 1, first + ny + 2], axis=1).astype(np.int64)
     # any process may bring any nodes: the first brings all
     nodes = np.stack(np.meshgrid(s_knots, v_knots, indexing="ij"), axis=2).reshape(-1, 2)
     nodes = np.ascontiguousarray(nodes if comm.rank == 0 else nodes[:0], dtype=float)
     # of every cell: its own rank, then those of the cells around it
-    owners = np.pad(np.searchsorted(ends, np.arange(nx * ny), side="right").reshape(nx, ny) - 1, 1, mode="edge")
+    owners = np.empty(nx * ny, dtype=np.int64)
+    owners[numbers] = np.searchsorted(ends, np.arange(nx * ny), side="right") - 1
+    owners = np.pad(owners.reshape(nx, ny), 1, mode="edge")
     near = [owners[1 + i : nx + 1 + i, 1 + j : ny + 1 + j].ravel()[mine] for i in (0, -1, 1) for j in (0, -1, 1)]
 
     def destinations(*_: Any) -> Any:

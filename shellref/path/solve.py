@@ -41,8 +41,9 @@ def solve(
     report = progress if progress is not None and comm.rank == 0 else (lambda event: None)
     if (problem.released or problem.transverse_curvature) and comm.size > 1:
         raise ShellInputError("processes", comm.size, "edges that slide, turn or deform need one process")
-    if problem.closed and comm.size > 1:
-        raise ShellInputError("processes", comm.size, "a closed strip needs one process")
+    if problem.closed and comm.size > 1 and (problem.clamp == "free" or problem.partly_held):
+        remedy = "a closed strip needs one process where its seam is not held as a whole"
+        raise ShellInputError("processes", comm.size, remedy)
     if problem.touches and comm.size > 1:
         raise ShellInputError("processes", comm.size, "walls, obstacles and contact with itself need one process")
     if problem.half_turns and start is None:

@@ -143,6 +143,7 @@ class Solver:
         absolute = float(np.sqrt(equilibrium.total_of(equilibrium.reduced_residual(state) ** 2)))
         floats = equilibrium.supports.motions  # of what nothing holds: reactions are no forces of supports
         held = np.where(self._clamped, residual, 0.0)
+        rests = bool(problem.walls)
         weight = model.external(state, control)
         scale = sum(float(np.sqrt(equilibrium.total(field**2))) for field in (weight, held))
         energies = model.energies(state)
@@ -182,7 +183,7 @@ class Solver:
             residual={
                 "absolute": absolute,
                 "relative": absolute / max(1.0, scale),
-                **({} if floats is None else sliding_force(floats(state), residual, problem.slides and problem.walls)),
+                **({} if floats is None else sliding_force(floats(state), residual, problem.slides and rests)),
             },
             newton_iterations=equilibrium.iterations,
             factorisations=equilibrium.factorisations,

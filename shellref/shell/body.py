@@ -47,9 +47,10 @@ class Supports:
 
     translations (n, 3): components of the position that are held. directors (n,): director.FREE, HELD or an axis (0, 1,
     2) to which the director stays normal. placement(move) -> (n, 6): values of everything held (other entries unused);
-    None: held where the reference surface is. edges: whose nodes are held but move by unknowns of their own; tie: nodes
-    that are one with others; one process only, both. motions(state (n, 6)) -> (k, n, 6): what some held components,
-    those in `floating` (n, 3), keep the shell from, and nothing resists; None: nothing of that kind, and none of them.
+    None: held where the reference surface is. edges: whose nodes are held but move by unknowns of their own (one
+    process only); tie: nodes that are one with others of the same process. motions(state (n, 6)) -> (k, n, 6): what
+    some held components, those in `floating` (n, 3), keep the shell from, and nothing resists; None: nothing of that
+    kind, and none of them.
     """
 
     translations: np.ndarray
@@ -101,6 +102,7 @@ class Body:
     couples: Callable[[Grid, np.ndarray], np.ndarray] | None = None
     walls: WallPath | None = None  # planes that it may touch; one process only
     shear_factor: float = SHEAR_FACTOR  # of the transverse shear stiffness k G h
+    closed: bool = False  # its ends are one: on several processes the first has both
     bends_along: bool = False  # h_e of the stabilisation: an element's length along S; else the root of its area
 
 

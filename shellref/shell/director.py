@@ -104,7 +104,7 @@ class Increments:
     translations (n, 3): True where a component of the position is held. directors (n,): FREE, HELD, or the axis (0, 1,
     2) to which the director stays normal. `owned`: number of the first nodes, whose increments are unknowns here.
     edges: whose nodes, held in `translations` and `directors`, move by unknowns of their own, the last ones. tie: nodes
-    whose unknowns are those of others (one process, no edges).
+    whose unknowns are those of others that this process owns too (no edges).
     """
 
     def __init__(

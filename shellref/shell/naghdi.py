@@ -98,7 +98,7 @@ class NaghdiModel:
         self.body = body
         self.comm = api.communicator("self") if comm is None else comm
         grid = self.grid = body.grid
-        self.mesh = api.rectangle(grid.s_knots, grid.v_knots, self.comm)
+        self.mesh = api.rectangle(grid.s_knots, grid.v_knots, self.comm, body.closed)
         k = grid.degree
         self.degrees = (2 * k, 2 * k - 1)  # whose Gauss rules have (k + 1)^2 and k^2 points: full and reduced
         self.space = api.lagrange_space(self.mesh, k, 6)

@@ -340,6 +340,7 @@ def build_strip(
         forces=line_force(0, 1.0, problem.tip or (0.0, 0.0, 0.0)) if problem.pulled else None,
         bends_along=True,
         walls=walls,
+        closed=problem.closed,
     )
     return Strip(problem, body, stages, begin, start, end)
 
@@ -560,8 +561,10 @@ def _tie(problem: ShellProblem, grid: Grid, nodes: np.ndarray) -> Tie | None:
     """The seam of a closed strip."""
     if problem.half_turns is None:
         return None
-    order = grid.order(nodes)
-    return Tie.of_rows(order[0], order[-1], problem.half_turns)
+    rows, columns = grid.positions(nodes)
+    ends = [np.flatnonzero(rows == row) for row in (0, len(grid.s_nodes) - 1)]  # on several processes the first's alone
+    first, last = (at[np.argsort(columns[at])] for at in ends)
+    return Tie.of_rows(first, last, problem.half_turns)
 
 
 def _edge(

@@ -19,6 +19,7 @@ pytestmark = [
     pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun is missing"),
 ]
 
+from shellref.path.begin import begun  # noqa: E402
 from shellref.path.solve import solve  # noqa: E402
 
 FLAT = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))  # t_x = e_y, t_y = e_z, t_z = e_x
@@ -50,17 +51,29 @@ PROBLEMS = {
         width=0.05, thickness=5e-4, poisson=0.3, natural_curvature=(4.0, 4.0), clamp="free", elements=(13, 2)
     ),
 }
+#: Bands clamped at their seam, by their own paths: a circle, a Moebius band.
+PROBLEMS |= {
+    "ring": ShellProblem(
+        width=0.1, thickness=5e-3, poisson=0.3, half_turns=0, start_curvature=-2.0 * np.pi, gamma=6.0,
+        up=(0.0, 1.0, 0.0), clamp_frame=((-1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)), elements=(26, 2),
+    ),
+    "moebius": ShellProblem(width=0.05, thickness=2.5e-3, poisson=0.3, half_turns=1, elements=(24, 2)),
+}  # fmt: skip
 OPTIONS = ShellOptions(switch=True)
 CODE = """
 import json, sys
 from pathlib import Path
 from mpi4py import MPI
 from shellref import ShellOptions, ShellProblem
+from shellref.path.begin import begun
 from shellref.path.solve import solve
 folder = Path(sys.argv[1])
 for name, (problem, options) in json.loads((folder / "problems.json").read_text()).items():
-    result = solve(ShellProblem.from_dict(problem), ShellOptions.from_dict(options), processes="world",
-                   folder=folder / "log")
+    problem, options = ShellProblem.from_dict(problem), ShellOptions.from_dict(options)
+    if problem.half_turns:
+        result = begun(problem, options, lambda event: None, processes="world").result
+    else:
+        result = solve(problem, options, processes="world", folder=folder / "log")
     if MPI.COMM_WORLD.rank == 0:
         (folder / name).mkdir()
         result.save(folder / name)
@@ -68,7 +81,7 @@ for name, (problem, options) in json.loads((folder / "problems.json").read_text(
 
 
 #: Solved by one mpirun each. Held corners in two processes: `test_two_processes_find_the_same_numbers` too.
-TOGETHER = (("both clamps", "branch", "free"), ("corners",))
+TOGETHER = (("both clamps", "branch", "free", "ring", "moebius"), ("corners",))
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +113,8 @@ def parallel(tmp_path_factory):
 )
 def test_two_processes_give_the_serial_result(name, parallel):
     folder = parallel(name)
-    serial = solve(PROBLEMS[name], OPTIONS)
+    problem = PROBLEMS[name]
+    serial = begun(problem, OPTIONS, lambda event: None).result if problem.half_turns else solve(problem, OPTIONS)
     data = json.loads((folder / "shell.json").read_text())
     surface = ShellSurface.load(folder / "shell.npz")
     assert data["provenance"]["processes"] == 2
@@ -123,3 +137,50 @@ def test_two_processes_give_the_serial_result(name, parallel):
             order = [np.lexsort(x["cell_midpoints"].T) for x in (stored, {"cell_midpoints": serial.cell_midpoints})]
             scale = max(1.0, np.max(np.abs(mine)))
             np.testing.assert_allclose(stored[key][order[0]], mine[order[1]], atol=1e-8 * scale)
+
+
+@pytest.mark.parametrize("processes", [2, 3])
+def test_the_first_process_has_the_seam_of_a_band(processes):
+    """The cells of both ends are its own, in runs along the strip for the others; too few cells are refused."""
+    script = """
+import numpy as np
+from mpi4py import MPI
+from shellref.fenics import dolfinx_api as api
+comm, s, v = MPI.COMM_WORLD, np.linspace(0.0, 1.0, 13), np.linspace(-0.1, 0.1, 3)
+mesh = api.rectangle(s, v, comm, closed=True)
+middles, nodes = api.cell_midpoints(mesh)[:, 0], api.node_coordinates(api.lagrange_space(mesh, 2, 6))[:, 0]
+ends = np.isclose(nodes, 0.0).sum(), np.isclose(nodes, 1.0).sum()
+assert ends == ((5, 5) if comm.rank == 0 else (0, 0)), ends
+every = comm.allgather(np.abs(middles - 0.5))
+assert all(one.min() > other.max() - 1e-9 for one, other in zip(every, every[1:]))
+assert sum(map(len, every)) == 24
+try:
+    api.rectangle(np.linspace(0.0, 1.0, 4 * comm.size), v, comm, closed=True)
+except ValueError:
+    print("refused")
+"""
+    environment = {
+        **os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+        "OMPI_MCA_mpi_yield_when_idle": "1",
+    }  # fmt: skip
+    command = ["mpirun", "--oversubscribe", "-n", str(processes), sys.executable, "-c", script]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment, timeout=PATIENCE)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("refused") == processes
+
+
+FREE = {"clamp": "free", "gamma": 0.0, "up": None, "clamp_frame": np.eye(3).tolist(), "clamp_position": (0.0, 0.0, 0.0)}
+
+
+@pytest.mark.parametrize("change", [FREE, {"holds": ("position", "all"), "sections": ("free", "undeformed")}])
+def test_bands_that_are_not_held_as_a_whole_need_one_process(change, monkeypatch):
+    from dataclasses import replace
+    from types import SimpleNamespace
+
+    from shellref import ShellInputError
+    from shellref.fenics import dolfinx_api
+
+    monkeypatch.setattr(dolfinx_api, "communicator", lambda processes: SimpleNamespace(size=2, rank=0))
+    with pytest.raises(ShellInputError) as caught:
+        solve(replace(PROBLEMS["ring"], **change), OPTIONS, processes="world")
+    assert caught.value.key == "processes"
