@@ -229,7 +229,7 @@ class _Iteration:
             limit = (p.lower if sign > 0.0 else p.upper)[of[one]]
             v = sign * (distances[of[one] - p.n] - limit) - np.maximum(sign * z[of[one]], 0.0)
             root = np.sqrt(v * v + 4.0 * mu)
-            near = np.where(v > 0.0, 0.5 * (v + root), 2.0 * mu / (root - v))
+            near = np.where(v > 0.0, 0.5 * (v + root), 2.0 * mu / (root + np.abs(v)))
             self.w[of[one]] = limit + sign * near
             z_of[one] = mu / near
         self.y[p.one_sided] = -p.spread(self.z_l, self.z_u)[p.n :]

@@ -57,6 +57,8 @@ _ALONG = np.linspace(0.0, 1.0, 121)
 _ACROSS = np.array([-0.5, 0.0, 0.5])
 #: Cells along and across on which a strip is looked at for contact with itself.
 _ROWS, _COLUMNS = 161, 3
+#: Elastic energy over the weight below which a strip is straight, and no share of it means anything.
+_STRAIGHT = 1e-9
 #: Part of a step by which the next one may be as long for the first to mean something.
 _HOLDS = 0.5
 
@@ -247,7 +249,7 @@ def _told(scene: Scene, e: Equilibrium, row: _Row, response: Response | errors.N
     whole = float(e.energy.elastic) + natural_constant(scene.curvature)
     held = response.work if row.load else abs(response.energy + row.constant)
     force, share = _force(e, response)
-    energy = held / whole if whole > 0.0 else None
+    energy = held / whole if whole > _STRAIGHT * scene.gamma else None
     return Priced(row.effect, row.on, moves, error, energy, force, share, row.why, row.pair, doubtful=error is None)
 
 

@@ -23,6 +23,7 @@ from compare.studies import converge_run as convergence_run
 from compare.studies.compare import Row, one_energy
 from compare.studies.converge import Points, limit, line, line_band, richardson, scalars, slope
 from ribbonbench.errors import BadInput
+from tests.compare.models.test_chosen_by_default import strip as curled
 from tests.compare.studies.outside import Arc, registered
 
 X = 1.0 / np.array([10.0, 20.0, 50.0, 100.0, 200.0])
@@ -368,9 +369,9 @@ def test_converge_from_the_command_line(tmp_path, capsys):
 def test_rows_of_several_thicknesses_have_one_energy():
     """Left open, a thick strip asks for the energy with thickness, a thin one for none: distances of both on one line
     had the slope of no model. All rows have that of the thickest."""
-    scene = load("curled_end").replace({"model.energy": None, "shell.width_to_thickness": [20.0, 1000.0]})
+    scene = curled(2e-3).replace({"shell.width_to_thickness": [25.0, 1000.0]})
     own = model("ribbon").variants(scene)
-    assert [settled(one.scene).model.energy for one in own] == ["finite", "wunderlich"]
+    assert [settled(one.scene).model.energy for one in own] == ["finite", "sadowsky"]
     assert [one.scene.model.energy for one in one_energy(own)] == ["finite", "finite"]
     assert [one.keys for one in one_energy(own)] == [one.keys for one in own]
     named = model("ribbon").variants(scene.replace({"model.energy": "finite"}))

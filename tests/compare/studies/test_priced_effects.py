@@ -181,3 +181,15 @@ def test_the_command_orders_draws_and_keeps_them(tmp_path, capsys, monkeypatch):
     first = {record["effect"]: record for record in table.records()}
     assert first[moved.THICKNESS]["moves_mm"] == pytest.approx(200.0 * first[moved.THICKNESS]["moves"])
     assert (tmp_path / "o" / page.pictures[0].file).stat().st_size > 5000
+
+
+def test_a_straight_strip_has_no_share_of_its_energy():
+    """Hung from its clamp: its elastic energy is rounding, of which a natural curvature's work was 7e28 parts; the work
+    itself is what it was, and moves are told."""
+    hung = load("cantilever").replace(
+        {"clamp.start.tangent": [0.0, -1.0, 0.0], "clamp.start.normal": [0.0, 0.0, 1.0], "seed": None}
+    )
+    found = prices(hung.replace({"model.elements": 8}))
+    assert abs(solve(hung).energy.elastic) < 1e-9 * hung.gamma
+    assert all(one.energy is None for one in found.values())
+    assert found["natural curvature"].moves > 0.0

@@ -130,7 +130,8 @@ def rolled(scene: Scene) -> dict[str, Any]:
     last = energies[-1]
     assert fast.energy is not None
     return {
-        "outcome": SAME, "why": "one turn of each, raised from the flat strip", "model": fast.model, "uniform": uniform(scene),
+        "outcome": SAME, "why": "one turn of each, raised from the flat strip", "model": fast.model,
+        "uniform": uniform(scene),
         "ratio": 1.0 / (scene.strip.thickness / scene.strip.width), "mesh": list(ROLLED[-1]), "given": "couples",
         "stable": [fast.stable, None], "distance": float(np.linalg.norm(fine[:, 1:] - beside, axis=1).max()),
         "ribbon_error": fast.error, "shell_error": float(np.linalg.norm(fine[:, 1:] - lines[0][:, 1:], axis=1).max()),
@@ -238,7 +239,7 @@ def write(out: Path, found: Sequence[Mapping[str, Any]]) -> None:
         "given where both models rest in one state. Stable unless said. +: rolled up by couples on its end edge, which "
         "have no potential, so that stability is not asked; the distance is the largest at equal s. It bends further "
         "than the rod, which bends with D w: its edges are free to curl."
-        + "".join(f" Bent evenly, with Lamb's section, it has {one['uniform']:.5g}." for one in found if "uniform" in one),
+        + "".join(f" Bent evenly, Lamb's section gives {one['uniform']:.5g}." for one in found if "uniform" in one),
         page.table(heads, [_cells(one) for one in solved]),
         "## What is no strip, refused, or in no one state, and why",
         "\n".join(
