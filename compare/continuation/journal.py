@@ -25,7 +25,8 @@ from typing import Any, BinaryIO, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-P, R = ParamSpec("P"), TypeVar("R")
+P = ParamSpec("P")
+R = TypeVar("R")
 Packed = list[NDArray[Any]]
 _HEAD = struct.Struct("<16sQI")
 _KEY = 32

@@ -13,7 +13,7 @@ from compare.continuation.point import Point
 from compare.continuation.system import System, Unbounded
 from compare.models.base import Shape, State, natural_constant
 from compare.models.capabilities import BranchStart
-from compare.models.curve_angle.model import CurveAngleShape
+from compare.models.curve_angle.shape import CurveAngleShape
 from compare.models.curve_angle.start import origin_of, rod_of
 from compare.scene.scene import Scene
 from ribbon.rods.equations import Equations, Factored

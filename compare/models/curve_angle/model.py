@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,10 +21,10 @@ from compare.models.base import (
     Status,
     Supports,
     natural_constant,
-    on_strip,
 )  # fmt: skip
+from compare.models.curve_angle.shape import CurveAngleShape
 from compare.models.effects.switches import Switch
-from compare.models.line import Line, LineModel, Task, another_model
+from compare.models.line import LineModel, Task, another_model
 from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
@@ -43,32 +42,6 @@ DEFAULT_EDGES = 100
 MOST = 2000
 
 _RULING = "a rod's sections do not turn in its plane"
-
-
-@dataclass(frozen=True)
-class CurveAngleShape(Line):
-    """The rod as a strip in space."""
-
-    native: RodShape
-
-    @property
-    def bend(self) -> float:
-        """Largest normal curvature, 1/l."""
-        return float(np.abs(self.native.strains[:, 0]).max())
-
-    def centreline(self, s: FloatArray) -> FloatArray:
-        """Positions (k, 3)."""
-        return self.native.centreline(on_strip(s))
-
-    def frames(self, s: FloatArray) -> FloatArray:
-        """Frames (k, 3, 3), columns t_x t_y t_z."""
-        return self.native.frames(on_strip(s))
-
-    def along(self, s: FloatArray) -> dict[str, FloatArray]:
-        """omega, kappa_2, tau and energy_density."""
-        strain, rest = self.native.strain(s), self.native.rod.at_rest(s)
-        density = 0.5 * (strain - rest) ** 2 @ np.array(self.native.rod.stiffness) - 0.5 * rest[:, 0] ** 2
-        return dict(zip(("omega", "kappa_2", "tau", "energy_density"), (*strain.T, density), strict=True))
 
 
 class CurveAngleModel(LineModel["Walk", "RodShape"]):

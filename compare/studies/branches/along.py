@@ -18,6 +18,9 @@ from ribbonbench.errors import BadInput
 #: The word for the way from the scene's last stage of [[path]] to the scene itself.
 PATH = "path"
 _COMPONENT = re.compile(r"(.*)\[(\d+)\]")
+#: Sections of scenes that say how a strip is solved, and last words of keys that are unit vectors.
+HOW, DIRECTIONS = ("model", "seed", "path"), ("tangent", "normal", "up", "slide")
+_REMEDY = "choose a number of the strip, its clamps, loads or walls"
 #: Scenes kept.
 _KEPT = 64
 
@@ -48,7 +51,7 @@ class Along:
         way = between(*(placed(scene, "--along", key, value, at) for at, value in (("--from", first), ("--to", last))))
         if way.switched or not way.continuous:
             why = f"cannot vary continuously: {', '.join(way.switched) or 'nothing moves'}"
-            raise BadInput("--along", key, why, "choose a number of the strip, its clamps, loads or walls")
+            raise BadInput("--along", key, why, _REMEDY)
         return cls(key, float(first), float(last), way)
 
     @property
@@ -85,13 +88,21 @@ def placed(scene: Scene, option: str, key: str, value: float, at: str | None = N
     none, and, of the option `at` where there is one, for a value that cannot be."""
     whole, component = taken_apart(key)
     if contract_name(whole) not in KEYS and not whole.startswith("wall."):
-        raise BadInput(option, key, "is not a known key", "ribbonbench keys lists them all")
+        counted = "; components are counted from 0" if "[" in whole else ""
+        raise BadInput(option, key, "is not a known key", f"ribbonbench keys lists them all{counted}")
+    if whole.split(".")[0] in HOW:
+        raise BadInput(option, key, "is how the strip is solved, and moves no equilibrium", _REMEDY)
     try:
         return scene.replace({whole: _with(scene, option, key, whole, component, value)})
     except BadInput as error:
         if error.key == option:
             raise
-        raise BadInput(at or option, value, f"cannot be: {error}", "choose another range") from None
+        remedy = "choose another range"
+        if whole.rpartition(".")[2] in DIRECTIONS:
+            remedy = (
+                "turn it by the last stage of a [[path]], and give --along path: one component alone is no direction"
+            )
+        raise BadInput(at or option, value, f"cannot be: {error}", remedy) from None
 
 
 def _with(scene: Scene, option: str, key: str, whole: str, component: int | None, value: float) -> Any:
@@ -105,6 +116,8 @@ def _with(scene: Scene, option: str, key: str, whole: str, component: int | None
         if now is not None and (isinstance(now, bool) or not isinstance(now, int | float)):
             raise BadInput(option, key, f"is {now!r}, no number", "choose a key with a number")
         return value
+    if now is None:
+        raise BadInput(option, key, f"has no value: the scene gives no {whole}", f"give {whole} in the scene")
     if not isinstance(now, list):
         raise BadInput(option, key, "has no components", f"name it without them, as {whole}")
     if not component < len(now):

@@ -202,9 +202,11 @@ class _Models:
             size=start.z.size
         )  # a straight strip stays straight
         if max(system.norm(system.rate(z, 0.0)) for z in (start.z, beside)) <= MOVES:
+            weightless = self.along.key == "strip.gamma" and self.scene_at(0.0).up is None
             raise BadInput(
                 "--along", self.along.key, f"does not move this scene's {self.word}: its equilibrium stays one",
-                "choose a key that acts here, or begin where it does",
+                "add [gravity] with up: nothing weighs without" if weightless
+                else "choose a key that acts here, or begin where it does",
             )  # fmt: skip
         found: list[Branch] = []
         waiting: list[tuple[Point, tuple[int, float] | None]] = [(start, None)]

@@ -7,28 +7,13 @@ import re
 import numpy as np
 import pytest
 
+from compare.battery.cases.branches.scenes import mast
 from compare.pages.branches import page as write
 from compare.scene.scene import loads
 from compare.studies.branches.run import Asked, diagram
 from tests.compare.report.browser import CHROMIUM, Browser
 
-MAST = """
-title = "Mast <b>"
-[strip]
-length = 1.0
-width = 0.02
-poisson = 0.3
-gamma = 2.0
-[gravity]
-up = [0.0, 0.0, 1.0]
-[clamp.start]
-position = [0.0, 0.0, 0.0]
-tangent = [0.0, 0.0, 1.0]
-normal = [-1.0, 0.0, 0.0]
-[model]
-energy = "elastica"
-elements = 6
-"""
+MAST = mast("Mast <b>", 0.3, 2.0, "elastica", 6)
 
 
 @pytest.fixture(scope="module")

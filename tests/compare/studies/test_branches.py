@@ -10,6 +10,7 @@ from scipy.optimize import brentq, fsolve
 from scipy.special import jv
 
 from compare import registry
+from compare.battery.cases.branches.scenes import SHIFT, clamps, mast
 from compare.commands.main import main
 from compare.continuation.correct import first_point
 from compare.continuation.finer import relocated
@@ -24,45 +25,8 @@ from ribbonbench.errors import BadInput
 from shellref.elastica.problem import ElasticaProblem
 from tests.validation.workbench.on_edge_linear import developable
 
-HELD = """
-title = "Two clamps"
-[strip]
-length = 1.0
-width = 0.02
-poisson = 0.3
-gamma = 0.0
-[clamp.start]
-position = [0.0, 0.0, 0.0]
-tangent = [1.0, 0.0, 0.0]
-normal = [0.0, 0.0, 1.0]
-[clamp.end]
-position = [0.8, 0.0, 0.0]
-tangent = [0.96, 0.0, -0.28]
-normal = [0.28, 0.0, 0.96]
-[model]
-energy = "elastica"
-elements = 8
-[seed]
-curvature = [-6.0, 6.0, -6.0]
-"""
-MAST = """
-title = "Mast"
-[strip]
-length = 1.0
-width = 0.02
-poisson = 0.3
-gamma = 2.0
-[gravity]
-up = [0.0, 0.0, 1.0]
-[clamp.start]
-position = [0.0, 0.0, 0.0]
-tangent = [0.0, 0.0, 1.0]
-normal = [-1.0, 0.0, 0.0]
-[model]
-energy = "elastica"
-elements = 6
-"""
-SHIFT = "clamp.end.position[2]"
+HELD = clamps((0.96, 0.0, -0.28), (0.28, 0.0, 0.96))
+MAST = mast("Mast", 0.3, 2.0, "elastica", 6)
 
 
 def strut(low, high):
@@ -210,6 +174,11 @@ def test_bounds_that_begin_to_hold_are_events_and_the_branch_goes_on():
         ("clamp.end.position", 0.0, 0.5, (), "--along"),
         ("clamp.end.position[7]", 0.0, 0.5, (), "--along"),
         ("model.energy", 0.0, 0.5, (), "--along"),
+        ("model.elements", 6.0, 9.0, (), "--along"),
+        ("tip.force[0]", 0.0, 0.5, (), "--along"),
+        ("clamp.end.position[-1]", 0.0, 0.5, (), "--along"),
+        ("clamp.end.tangent[0]", 0.9, 0.5, (), "--from"),
+        ("strip.gamma", 0.0, 0.5, (), "--along"),
         ("path", None, None, (), "--along"),
         (SHIFT, 0.0, 0.5, ("tape",), "--model"),
         (SHIFT, 0.0, 0.5, ("soap",), "--model"),

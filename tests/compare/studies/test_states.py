@@ -54,7 +54,7 @@ def test_every_state_is_an_equilibrium_that_its_own_solver_confirms(seen):
 
 def test_a_model_without_a_tangent_is_refused():
     with pytest.raises(BadInput) as caught:
-        states(loads(ARCH).replace({"model.energy": "curve_angle", "strip.thickness": 1e-3}))
+        states(loads(ARCH).replace({"model.energy": "tape", "strip.thickness": 1e-3}))
     assert caught.value.key == "--all"
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from compare.battery.cases.branches.scenes import clamps
 from compare.models.base import Shape
 from compare.scene.scene import Scene, load, loads
 from compare.studies.branches.diagram import Diagram
@@ -24,26 +25,6 @@ MESHES, EQUAL = (5, 10, 20, 40, 80), 1e-8
 KEY = "clamp.end.position[2]"
 #: Weights up to which coils are followed, elements, by K.
 COILS = {10: (200.0, 20), -10: (200.0, 20), 40: (1200.0, 40), -40: (1200.0, 40), 100: (7500.0, 80), -100: (7500.0, 80)}
-CLAMPS = """
-title = "Two clamps"
-[strip]
-length = 1.0
-width = 0.02
-poisson = 0.3
-gamma = 0.0
-[clamp.start]
-position = [0.0, 0.0, 0.0]
-tangent = [1.0, 0.0, 0.0]
-normal = [0.0, 0.0, 1.0]
-[clamp.end]
-position = [0.8, 0.0, 0.0]
-tangent = {tangent}
-normal = {normal}
-[model]
-energy = "elastica"
-[seed]
-curvature = {seed}
-"""
 ARCH, WAVE = [-6.0, 6.0, -6.0], [-6.0, 0.0, 6.0]
 LEVEL, TILTED = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]), ([0.96, 0.0, -0.28], [0.28, 0.0, 0.96])
 #: Frames of the end, seed, first and last shift, kind of the one special point.
@@ -62,7 +43,7 @@ def absent() -> str | None:
 def scene(name: str) -> Scene:
     """The scene of a case."""
     (tangent, normal), seed, *_ = CASES[name]
-    return loads(CLAMPS.format(tangent=tangent, normal=normal, seed=seed), name)
+    return loads(clamps(tangent, normal, seed, None), name)
 
 
 def ours(name: str, errors: bool = False) -> tuple[Diagram, float]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from scipy.optimize import brentq
 from scipy.special import jv
 
+from compare.battery.cases.branches.scenes import mast
 from compare.pages.pictures.curves import curves_picture
 from compare.scene.scene import Scene, load, loads
 from compare.studies.branches.over import Curves, curves
@@ -25,23 +26,7 @@ CURLS, WEIGHTS = (-1.5, 1.5), (6.0, 8.0, 10.0, 12.0, 14.0)
 CELLS, FINE = 60, 400
 #: Promised: nearer than this, relative, to the quotient; the fall by rulings from above.
 NEAR, ABOVE = 2e-4, 0.01
-MAST = """
-title = "A mast that curls"
-[strip]
-length = 1.0
-width = 0.02
-poisson = 0.3
-gamma = 2.0
-[gravity]
-up = [0.0, 0.0, 1.0]
-[clamp.start]
-position = [0.0, 0.0, 0.0]
-tangent = [0.0, 0.0, 1.0]
-normal = [-1.0, 0.0, 0.0]
-[model]
-energy = "elastica"
-elements = 8
-"""
+MAST = mast("A mast that curls", 0.3, 2.0, "elastica", 8)
 
 
 def edge(ruling: str) -> Scene:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from compare.battery.case import Case, Check, Rung, holds, near
 from compare.battery.cases.branches.scenes import CLAMPS, SHIFT
@@ -46,7 +47,7 @@ def _corners(stages: Rung) -> Iterator[Check]:
     yield holds("it goes to the end of the path", own.ended == "range", own.ended)
     shape = own.points[-1].shape
     assert isinstance(shape, ElasticaShape)
-    found_there = shape.result
+    found_there: Any = shape.result
     forces = found_there.forces.end
     energies = found_there.energy.bending, found_there.energy.gravity
     eigenvalue = found_there.lowest_eigenvalue
