@@ -76,6 +76,7 @@ NAMES = (
     "tape_shell",
     "shell_lateral",
     "twisted_tension",
+    "green_limit",
     "lateral_torsional",
     "shell_shift",
     "on_edge",
