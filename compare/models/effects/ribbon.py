@@ -25,8 +25,8 @@ from compare.models.effects.ribbon_off import (
     starting_state,
 )
 from compare.models.effects.switches import at_rest
+from compare.models.holds.friction import rubs
 from compare.models.ribbon.build import formulation_why, has_free_twist
-from compare.models.ribbon.friction import rubs
 from compare.models.scope import require_shell
 from compare.scene.inputs.law import values, words
 from compare.scene.scene import Scene

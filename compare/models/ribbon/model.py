@@ -92,8 +92,8 @@ class RibbonModel(Model):
                 "model.formulation", scene.model.formulation, "cannot place its segments by model.tolerance",
                 'choose formulation = "auto", "chained" or "mixed", or give model.elements',
             )  # fmt: skip
+        from compare.models.holds.friction import refused
         from compare.models.ribbon.free import refusal
-        from compare.models.ribbon.friction import refused
 
         return refused(scene) or refusal(scene)
 

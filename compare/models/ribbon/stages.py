@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from compare.measure.load_curve import watched
-from compare.models.ribbon import friction
+from compare.models.holds import friction
 from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
 from compare.models.ribbon.fields import fields
 from compare.scene.change import value_of

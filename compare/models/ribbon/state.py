@@ -25,7 +25,7 @@ from compare.models.base import (
     natural_constant,
     on_strip,
 )
-from compare.models.ribbon import friction
+from compare.models.holds import friction
 from compare.scene.inputs.law import values
 
 if TYPE_CHECKING:

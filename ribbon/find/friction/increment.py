@@ -124,7 +124,7 @@ def _with_places(problem: MixedProblem, history: History, rubs: tuple[Rub, ...])
 def rubbing(problem: MixedProblem, x: FloatArray, rows: FloatArray, history: History) -> tuple[Rub, ...]:
     """The particles that walls with friction push at x, with the bounds that their pushes give, and what is
     known of their friction: that of the nearest place on the same line of the strip."""
-    forces = [] if problem.friction is None else problem.friction.forces(x)
+    forces = np.empty((0, 3)) if problem.friction is None else problem.friction.forces(x)
     found: list[Rub] = []
     for k, wall in enumerate(problem.walls):
         if not wall.friction:

@@ -13,6 +13,7 @@ from ribbon import Clamp, Equilibrium, Gravity, RibbonInputError, Strip, Wall, r
 from ribbon.find import continuation
 from ribbon.find.friction import path
 from ribbon.find.solve import Problem, build, solve_from
+from ribbon.obstacle import Obstacle
 from ribbon.problems.friction import term
 from ribbon.problems.mixed import MixedProblem
 from tests.validation.ribbon import friction as measured
@@ -148,3 +149,30 @@ def test_friction_is_refused_where_nothing_reads_it() -> None:
     with pytest.raises(RibbonInputError, match="negative"):
         Wall((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), friction=-0.1)
     assert isinstance(_carried(0.0, 0.3), MixedProblem)
+
+
+def test_a_cylinder_of_large_radius_rubs_as_a_plane() -> None:
+    """The push tends to the plane's, friction is along the surface, and supports balance with it."""
+    radius, (slope, mu) = 1e3, measured.SLIDES
+
+    def at(t: float, friction: float = mu) -> Problem:
+        drum = Obstacle("cylinder", (0.0, 1e-9 - radius, 0.93), radius, (1.0, 0.0, 0.0), friction=friction)
+        return build(
+            Strip(1.0, 0.02), measured._clamp(slope, 0.5 - measured.FALL * t), energy="sadowsky", formulation="mixed",
+            segments=10, walls=[drum],
+        )  # fmt: skip
+
+    first = at(0.0, 0.0)
+    end = path.follow(at, solve_from(first, first.state(np.zeros(11), np.zeros(11))), steps=2)
+    assert end.ok
+    (wall,) = end.walls
+    assert wall.friction is not None
+    assert wall.moment is not None
+    assert end.start is not None
+    assert np.linalg.norm(wall.force) == pytest.approx(measured.slid(slope, mu, measured.FALL)[0], rel=1e-4)
+    assert abs(wall.force @ wall.friction) < 1e-9
+    assert np.linalg.norm(wall.friction) == pytest.approx(mu * np.linalg.norm(wall.force), rel=1e-6)
+    np.testing.assert_allclose(end.start.force + wall.force + wall.friction, 0.0, atol=1e-8)
+    turning = end.start.moment + np.cross(end.joints[0][0], end.start.force) + wall.moment
+    turning = turning + sum(np.cross(rub.point, rub.friction) for rub in wall.rubs)
+    np.testing.assert_allclose(turning, 0.0, atol=1e-8)

@@ -307,6 +307,7 @@ def run(out: Path) -> dict[str, Number]:
     ]
     changes = np.diff([lost(MUS[0], n) for n in STEPS])
     by_mesh = np.diff([lost(MUS[0], STEPS[0], n) for n in (FOLD // 2, FOLD, 2 * FOLD)])
+    downs = [both(MUS[0], STEPS[0], n)[0] for n in (FOLD // 2, FOLD, 2 * FOLD)]
     order = math.log2(abs(changes[0] / changes[1]))
     mesh = math.log2(abs(by_mesh[0] / by_mesh[1]))
     page.write(
@@ -344,7 +345,8 @@ def run(out: Path) -> dict[str, Number]:
         page.table(["increments", "F down", "F up", "lost", "work of the roof", "balance"], by_steps_rows),
         f"What is lost changes with the order {order:.1f} of the increment. Segments doubled, {STEPS[0]} increments:",
         page.table(["segments", "F down", "F up", "lost"], by_segments),
-        f"Order {mesh:.1f} of the segment's length.",
+        f"What is lost changes with the order {mesh:.1f} of the segment's length; the force half way down by "
+        f"{' and '.join(f'{abs(change):.2f}' for change in np.diff(downs))}.",
     )  # fmt: skip
     down, up = both(MUS[0], STEPS[-1])
     lasts = lost(MUS[0], STEPS[-1])
