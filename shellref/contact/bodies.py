@@ -27,7 +27,6 @@ class BodyRows(NodeRows):
     functions: tuple[GapFunction, ...]
     toward: np.ndarray
     bends: np.ndarray
-    centres: np.ndarray
 
     @classmethod
     def of(cls, path: WallPath, places: np.ndarray, thickness: float) -> BodyRows:
@@ -40,7 +39,6 @@ class BodyRows(NodeRows):
         return cls(
             np.tile(places, len(kinds)), walls.astype(int), side.astype(float), 0.5 * thickness, path,
             parts.astype(int), tuple(part for _, part in functions), np.zeros((m, 3)), np.zeros((m, 3, 3)),
-            np.array([body.point for body in path.bodies]),
         )  # fmt: skip
 
     def chosen(self, mask: np.ndarray) -> BodyRows:
@@ -56,16 +54,17 @@ class BodyRows(NodeRows):
     def at(self, state: np.ndarray, standing: Standing) -> tuple[BodyRows, None]:
         """The same places with their derivatives at a state."""
         _, toward, bends = self._seen(state, standing)
-        return replace(self, toward=toward, bends=bends, centres=standing.centres), None
+        return replace(self, toward=toward, bends=bends), None
 
-    def passed(self, before: np.ndarray, after: np.ndarray) -> bool:
-        """Whether a place went through a body from one state (n, 6) to the next, each straight on: from its outside to
-        its outside, within its `Obstacle.heart` on the way."""
-        ways = before[:, :3] + np.linspace(0.0, 1.0, STOPS)[:, None, None] * (after - before)[:, :3]
-        for body, centre in zip(self.path.bodies, self.centres, strict=True):
+    def passed(self, before: np.ndarray, after: np.ndarray, standing: tuple[Standing, Standing]) -> bool:
+        """Whether a place went through a body from one state (n, 6) to the next, each straight on, the body where it
+        stands at each: from its outside to its outside, within its `Obstacle.heart` on the way."""
+        steps = np.linspace(0.0, 1.0, STOPS)[:, None, None]
+        for body, old, new in zip(self.path.bodies, standing[0].centres, standing[1].centres, strict=True):
             if body.heart is None:
                 continue
-            gaps = body.gaps(ways.reshape(-1, 3), centre).reshape(STOPS, -1)
+            first, last = before[:, :3] - old, after[:, :3] - new
+            gaps = body.gaps((first + steps * (last - first)).reshape(-1, 3), np.zeros(3)).reshape(STOPS, -1)
             if np.any((gaps.min(axis=0) < -body.heart) & (np.minimum(gaps[0], gaps[-1]) > -0.5 * body.heart)):
                 return True
         return False

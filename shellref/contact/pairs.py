@@ -39,7 +39,7 @@ FOLLOWED = 0.1
 REACH = (3.0, 4.0, 0.03)
 NEIGHBOURS = (1.6, 3.0)
 #: How far (l) nodes are looked for at most where a step went far, and z that is 0.
-MOST_REACH, NOTHING = 0.5, 1e-9
+MOST_REACH, NOTHING = 0.15, 1e-9
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ class PairRows:
                 taken.add(int(before[k]))
         return before
 
-    def passed(self, before: np.ndarray, after: np.ndarray) -> bool:
+    def passed(self, before: np.ndarray, after: np.ndarray, standing: tuple[Standing, Standing]) -> bool:
         """Whether a node is on the other side of a part at a state than it was at the one before."""
         moved = float(np.linalg.norm(after[:, :3] - before[:, :3], axis=1).max())
         reach = min(self.reach + 2.0 * moved, MOST_REACH)

@@ -68,7 +68,7 @@ class Block(Protocol):
         """Where the places are (m, 3)."""
         ...
 
-    def passed(self, before: np.ndarray, after: np.ndarray) -> bool:
+    def passed(self, before: np.ndarray, after: np.ndarray, standing: tuple[Standing, Standing]) -> bool:
         """Whether something went through from one state (n, 6) to the next."""
         ...
 
@@ -129,7 +129,7 @@ class NodeRows:
         """(m, 3)."""
         raise NotImplementedError
 
-    def passed(self, before: np.ndarray, after: np.ndarray) -> bool:
+    def passed(self, before: np.ndarray, after: np.ndarray, standing: tuple[Standing, Standing]) -> bool:
         """Nothing goes through a plane: what is behind it is pushed back."""
         return False
 

@@ -52,9 +52,9 @@ class Touching:
         ]
         return new, np.concatenate(before)
 
-    def passed(self, before: np.ndarray, after: np.ndarray) -> bool:
+    def passed(self, before: np.ndarray, after: np.ndarray, standing: tuple[Standing, Standing]) -> bool:
         """Whether from one state (n, 6) to the next the strip went through a body, or parts of it each other."""
-        return any(block.passed(before, after) for block in self.blocks)
+        return any(block.passed(before, after, standing) for block in self.blocks)
 
     def crossing(self, state: np.ndarray) -> tuple[float, float] | None:
         """S of a place where a state crosses itself, and S of the other part there; None: it does not, or may."""

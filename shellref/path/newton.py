@@ -161,6 +161,16 @@ class Equilibrium:
         control = self.model.control
         return self.model.body.walls.at(control.move, int(control.leg))
 
+    def passed(self, state: np.ndarray, load: float, attempt: Attempt, stage: Stage) -> bool:
+        """Whether an attempt ended on the other side of something that the strip may touch than the state (nodes, 6) at
+        a load of the stage from which it set out."""
+        walls = self.model.body.walls
+        if self.contact is None or walls is None:
+            return False
+        controls = (stage.at(load), stage.at(attempt.load))
+        one, other = (walls.at(control.move, int(control.leg)) for control in controls)
+        return self.contact.rows.passed(state, attempt.state, (one, other))
+
     def moving_mass(self, state: np.ndarray) -> np.ndarray | None:
         """C (unknowns, k): M - C C^T is the mass of a shell that is free to move as `Supports.motions` says, on the
         unknowns that are left; None: there are no such motions.

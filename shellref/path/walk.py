@@ -268,7 +268,7 @@ class Walker:
             return 0.0
         e, here = self.equilibrium, walk.point.state
         moved, foreseen = e.largest(attempt.state - here), e.largest(begin.state - here)
-        if e.contact is not None and e.contact.rows.passed(here, attempt.state):
+        if e.passed(here, walk.point.load, attempt, self._stage(walk)):
             attempt.converged, attempt.reason = False, "it went through an obstacle or through itself"
         elif not attempt.changes and jumped(moved, foreseen, begin.order):  # no rate knows of a wall before it is met
             attempt.converged = False

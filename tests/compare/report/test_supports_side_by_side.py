@@ -9,10 +9,12 @@ import pytest
 
 from compare.pages.compare import write
 from compare.pages.models.supports import side_by_side
-from compare.scene.scene import load
+from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.compare import compare
+from tests.compare.models.test_contact_itself import FOLD
+from tests.reference.touching_fold import folds
 
 CHANGE = {
     "strip.poisson": 0.0, "shell.width_to_thickness": [100.0], "shell.elements": [24, 2], "shell.grading": [1.0, 1.0],
@@ -39,3 +41,22 @@ def test_ribbon_and_shell_are_carried_by_the_same_forces(tmp_path):
     assert "wall roof" in (tmp_path / "supports.csv").read_text()
     page = json.loads((tmp_path / "page.json").read_text())
     assert "Forces, side by side" in json.dumps(page)
+
+
+@pytest.mark.validate
+def test_parts_that_push_each_other_stand_side_by_side(tmp_path):
+    """The fold whose sides meet: ribbon and shell say what its parts at larger s exert on the others, with errors."""
+    changes = {"strip.poisson": 0.0, "shell.width_to_thickness": [100.0], "shell.elements": [40, 1]}
+    scene = loads(FOLD, "fold").replace(changes)
+    found = compare(scene, CaseStore(tmp_path / "cases"), Reporter(quiet=True), bare=True)
+    (row,) = found.rows
+    assert row.shell_contacts is not None
+    assert row.shell_contacts["count"] == len(row.shell_contacts["pairs"]) > 0
+    table = side_by_side(found.fast, found.rows)
+    assert table is not None
+    own = {r["model"]: r for r in table.records() if r["support"] == "itself"}
+    (known,) = folds(np.array([0.16]), 0.02)
+    assert own["ribbon"]["force_z"] == pytest.approx(-known.push, rel=5e-3)
+    assert own["w/h = 100"]["force_z"] == pytest.approx(-known.push, rel=0.1)
+    assert own["w/h = 100"]["force_error"] > 0.0
+    assert own["ribbon"]["force_error"] > 0.0

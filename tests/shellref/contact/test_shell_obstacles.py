@@ -220,3 +220,18 @@ def test_what_a_strip_beside_obstacles_cannot(key, change):
     with pytest.raises(ShellInputError) as error:
         heavy(BAR, **change)
     assert error.value.key == key
+
+
+def test_a_bar_that_moves_far_in_a_step_does_not_go_through():
+    """Thinner than a step is wide: straight steps from one side of the strip to the other are refused."""
+    thin = dataclasses.replace(BAR, radius=0.01)
+    equilibrium = Equilibrium(NaghdiModel(build_strip(heavy(thin), ShellOptions()).body, 0.01), ShellOptions())
+    rows, path = equilibrium.contact.rows, equilibrium.model.body.walls
+    flat = equilibrium.model.reference
+    here = path.at(0.0, 0)
+    below, above = (here._replace(centres=np.array([[0.0, y, 0.6]])) for y in (-0.02, 0.02))
+    assert rows.passed(flat, flat, (below, above))
+    assert not rows.passed(flat, flat, (below, below))
+    lifted = flat + np.array([0.0, 0.04, 0.0, 0.0, 0.0, 0.0])
+    assert not rows.passed(flat, lifted, (below, above))
+    assert rows.passed(flat, flat - np.array([0.0, 0.04, 0.0, 0.0, 0.0, 0.0]), (below, below))
