@@ -42,8 +42,8 @@ from ribbon.solvers.saddle import Saddle
 #: What it knows of Ipopt's options, with its defaults here; and "reach", of its own: how far an unknown may go in a
 #: step, over 1 + its size. Longer steps are shortened by raising delta (Levenberg and Marquardt), which turns them
 #: towards steepest descent along the rows: the iteration stays in the basin it begins in. "travel": the same, how far
-#: (l) a place of the strip may go in a step. None: as far as they lead. "sliding": the least delta, with which it ends at
-#: an error of `_SLIDES`.
+#: (l) a place of the strip may go in a step. None: as far as they lead. "sliding": the least delta, with which it ends
+#: at an error of `_SLIDES`.
 OPTIONS: dict[str, Any] = {
     "tol": 1e-10,
     "max_iter": 1000,
