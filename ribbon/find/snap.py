@@ -52,6 +52,7 @@ def downhill(
         fresh = fresh.anchored(problem.anchor(x))
         fresh.counters.add(problem.counters)
         warm = None if minimum is None else (apart.rows_of(problem, fresh, minimum), minimum.multipliers)
+        chosen["sliding"] = newton_rows.SLIDING if fresh.round and fresh.pairs else 0.0
         minimum = newton_rows.minimise(fresh, x, chosen, progress, warm)
         iterations += minimum.iterations
         finite = bool(np.all(np.isfinite(minimum.x)))

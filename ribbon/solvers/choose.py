@@ -73,6 +73,8 @@ def minimise(
     else:
         known = set(options or {}) <= set(newton_rows.OPTIONS)
         by_newton = options
+        if isinstance(problem, MixedProblem) and problem.round and problem.pairs:
+            by_newton = {**(options or {}), "sliding": newton_rows.SLIDING}
         options = {key: value for key, value in (options or {}).items() if key not in newton_rows.OWN}
         if _asked.get() == "ipopt" or not isinstance(problem, MixedProblem) or not known:
             return ipopt.minimise(problem, start, options, progress, warm)

@@ -42,10 +42,18 @@ from ribbon.solvers.saddle import Saddle
 #: What it knows of Ipopt's options, with its defaults here; and "reach", of its own: how far an unknown may go in a
 #: step, over 1 + its size. Longer steps are shortened by raising delta (Levenberg and Marquardt), which turns them
 #: towards steepest descent along the rows: the iteration stays in the basin it begins in. "travel": the same, how far
-#: (l) a place of the strip may go in a step. None: as far as they lead.
-OPTIONS: dict[str, Any] = {"tol": 1e-10, "max_iter": 1000, "mu_init": 1e-4, "reach": None, "travel": None}
+#: (l) a place of the strip may go in a step. None: as far as they lead. "sliding": the least delta, with which it ends
+#: at an error of `_SLIDES`.
+OPTIONS: dict[str, Any] = {
+    "tol": 1e-10,
+    "max_iter": 1000,
+    "mu_init": 1e-4,
+    "reach": None,
+    "travel": None,
+    "sliding": 0.0,
+}
 #: Which of them Ipopt does not know.
-OWN = ("reach", "travel")
+OWN = ("reach", "travel", "sliding")
 #: Ipopt's codes for how it ended.
 SOLVED, SMALL, MOST, STOPPED, NO_STEP, NOT_FINITE = 0, 3, -1, 5, -2, -13
 MESSAGES = {
@@ -65,7 +73,7 @@ _GAMMA_THETA, _GAMMA_PHI, _S_PHI, _S_THETA, _ETA, _GAMMA_ALPHA, _KAPPA_SOC, _SOC
 _DELTA_FIRST, _DELTA_LEAST, _DELTA_MOST, _MOST_MULTIPLIER = 1e-4, 1e-20, 1e20, 1e3
 #: Error (5) at which it ends with strands that touch, and delta: they may slide along themselves at next to no energy,
 #: and how far is then rounding's.
-_SLIDES, _SLIDING = 1e-8, 1e-7
+_SLIDES, SLIDING = 1e-8, 1e-7
 _TINY_STEP, _LEAST = 10.0 * _EPS, 1e-20
 #: Shifts delta that are tried where no step is accepted: they turn it to the nearest point that satisfies the rows.
 _SHORTER = (1e-2, 1.0, 1e2, 1e4)
@@ -444,7 +452,7 @@ def minimise(
     slack = slack_of(problem)
     missed = np.inf if slack is None else OF_SLACK * slack  # by the rows, at the most
     count, tiny, code = 0, 0, MOST
-    slides = _SLIDING if getattr(problem, "round", False) and getattr(problem, "pairs", ()) else 0.0
+    slides = chosen["sliding"]
     while True:
         if not np.all(np.isfinite(at.c)):
             code = NOT_FINITE

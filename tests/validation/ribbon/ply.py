@@ -30,9 +30,11 @@ TORSION = stiffnesses((0.5 * WIDTH, STRIP.thickness, NU, 0.0))[1]
 #: Diameter of the rod, distance of its ends (l); steps of a turn.
 APART, ENDS, STEPS = 0.05, 0.1, 10
 #: Turns at which it is looked at, segments, and fewer of both.
-TURNS, SEGMENTS, FEWER, LESS = (1.5, 2.45, 3.0, 3.5, 4.0, 4.5), 100, 70, (1.5, 2.45, 3.0, 3.5)
+TURNS, SEGMENTS, FEWER, LESS = (1.5, 2.45, 3.0, 3.5, 4.0, 4.5), 100, 70, (1.5, 2.45, 3.0)
 #: Part of the largest force from which a place is one that touches.
 _CLEARLY = 1e-3
+#: Force over the median of its neighbours from which a place is one before or behind a line.
+_ALONE = 3.0
 
 
 def folded(turns: float, segments: int) -> MixedProblem:
@@ -71,6 +73,7 @@ def line(state: Equilibrium) -> np.ndarray:
     found, h = pushes(state), 1.5 / state.problem.lengths.size
     runs = np.split(found, np.nonzero(np.diff(found[:, 0]) > h)[0] + 1)
     longest = max(runs, key=len)
+    longest = longest[longest[:, 2] < _ALONE * np.median(longest[:, 2])]
     return longest if len(longest) > 3 else found[:0]
 
 
@@ -78,7 +81,7 @@ def middle(state: Equilibrium) -> tuple[float, float, Ply]:
     """In the middle of the line: angle (rad) of a strand against the axis, push per length (mean of three stations),
     and the ply in balance that is twisted as much."""
     found = line(state)
-    k = int(np.argmax(found[:, 2]))
+    k = int(np.argmin(np.abs(found[:, 0] - 0.5 * (found[0, 0] + found[-1, 0]))))
     one, other = state.frame(found[k, :2])[:, :, 2]
     angle = 0.5 * float(np.arccos(-one @ other))
     push = float(found[k - 1 : k + 2, 2].mean()) * state.problem.lengths.size
