@@ -93,6 +93,23 @@ def test_all_of_it_in_the_units_of_either_strip():
     assert moments[0] == pytest.approx(moments[1], rel=1e-5)
 
 
+def test_the_shipped_ring_of_bigons_is_folded_and_opens_from_another_seed():
+    """Half great circles of one sphere, pi^2 / 2 of each of twelve strips, in J too; a turn of curvature: open."""
+    scene = shipped("bigon_ring")
+    folded = solved(scene, error=False)
+    assert folded.ok
+    assert folded.native.energy.total == pytest.approx(6 * np.pi**2, rel=1e-9)
+    stiffness = 4.0e9 * 1e-9 / (12 * (1 - 0.4**2))
+    assert folded.native.energy.total * scene.first.units.energy == pytest.approx(
+        6 * np.pi**2 * stiffness * 0.02 / 0.2, rel=1e-9
+    )
+    seeds = {f"strip.{name}.seed.curvature": -2.0 * np.pi / 1.2 for name in scene.names}
+    opened = solved(shipped("bigon_ring", **seeds), error=False)
+    assert opened.ok
+    assert opened.native.energy.total < folded.native.energy.total - 1.0
+    assert max(*folded.balance, *opened.balance) < BALANCED
+
+
 def test_strips_that_find_no_equilibrium_say_so(tmp_path):
     assert run(tmp_path, "solve", "bigon", "--set", "model.budget=1e-9") == 1
     found = json.loads((tmp_path / "out" / "result.json").read_text())
