@@ -132,6 +132,7 @@ def test_strips_that_find_no_equilibrium_say_so(tmp_path):
         (("solve", "bigon", "--all"), "--all"),
         (("solve", "bigon", "--time"), "--time"),
         (("solve", "bigon", "--set", "strip.left.width=-1"), "strip.left.width"),
+        (("solve", "bigon", "--set", "strip.right.young=4.0"), "strip.right.young"),
         (("solve", "bigon", "--set", "model.energy=elastica"), "model.energy"),
         (("solve", "bigon", "--set", "model.energy=kirchhoff", "--set", "strip.width=1"), "strip.width"),
         (("compare", "bigon"), "solve and export alone"),
