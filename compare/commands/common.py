@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from compare.commands.line import fed
+from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
     from compare.scene.scene import Scene
@@ -148,6 +149,7 @@ def scene_of(options: argparse.Namespace, computes: bool = True) -> Scene:
 
 def strips_of(options: argparse.Namespace) -> StripsScene | None:
     """The scene of several strips with the assignments of --set; None where it is one of a single strip."""
+    from compare.scene.inputs.plausible import check_meant
     from compare.scene.inputs.source import STDIN, text_of
     from compare.scene.scene import parse_assignment
     from compare.scene.strips.read import loads
@@ -161,6 +163,12 @@ def strips_of(options: argparse.Namespace) -> StripsScene | None:
     scene = loads(text, source, dict(parse_assignment(one) for one in options.assignments))
     if options.scene == STDIN:
         options.typed = text
+    for name, strip in zip(scene.names, scene.strips, strict=True):
+        try:
+            check_meant(strip)
+        except BadInput as error:
+            key = error.key.replace("strip.", f"strip.{name}.", 1)
+            raise BadInput(key, error.value, error.problem, error.remedy) from None
     for note in scene.notes():
         print(f"ribbonbench: note: {note}", file=sys.stderr)
     return scene

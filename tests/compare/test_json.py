@@ -9,6 +9,7 @@ import pytest
 
 from compare import commands
 from compare.cli import BAD_INPUT, DONE, NOT_CONVERGED, main
+from compare.scene.inputs.source import shipped_strips
 from compare.scene.scene import shipped
 from compare.studies import cost_bench
 from tests.compare.scene import held_scenes
@@ -94,7 +95,7 @@ def test_exit_codes_and_errors_stay(capsys, tmp_path):
 def test_lists_are_records(capsys, tmp_path):
     code, out, _ = run(capsys, "scenes", "--json")
     assert code == DONE
-    assert [record["name"] for record in json.loads(out)] == list(shipped())
+    assert [record["name"] for record in json.loads(out)] == [*shipped(), *shipped_strips()]
     assert "[strip]" in json.loads(run(capsys, "scenes", "cantilever", "--json")[1])["scene"]
     records = json.loads(run(capsys, "keys", "--json")[1])
     assert len(records) >= 30

@@ -16,6 +16,7 @@ from compare.page.study import RESULT, Study
 from compare.page.table import Column, Table
 from compare.page.verdict import Check, Verdict, bounded
 from compare.page.wording import length
+from compare.pages.export.scale import BY_AREA, POWERS
 from compare.pages.export.vtu import write_vtu
 from compare.scene.units import Units
 from compare.store.finite import explained
@@ -141,7 +142,8 @@ def result(state: StripsState) -> dict[str, Any]:
         "joints": [_joint(state, k) for k in range(len(scene.joints))] if state.is_equilibrium else None,
         "contact": _contact(state) if state.is_equilibrium else None,
         "units_of": scene.names[0],
-        "units": units.to_dict() if units.known else None,
+        "length": scene.first.strip.length,
+        "units": {"known": units.known, **units.to_dict()},
         "model": {
             "energy": native.problem.parts[0].energy, "formulation": "mixed",
             "elements": [part.lengths.size for part in native.problem.parts], "solver": native.solver,
@@ -212,12 +214,17 @@ def write(out: Path, state: StripsState, again: str) -> None:
         study = Study("solve", state.scene.title, verdict=verdict, sentences=(state.native.message,), files=files)
         study.write(out, found, again, state.scene)
         return
-    for name, shape, over, strip in zip(state.scene.names, state.shapes, state.over, state.scene.strips, strict=True):
+    scene = state.scene
+    each = zip(scene.names, state.shapes, state.over, scene.strips, scene.stiffness, strict=True)
+    for name, shape, over, strip, stiff in each:
         grid = Grid.for_shape(strip, shape.bend)
         points = over * grid.of(shape)
         s, v = np.meshgrid(over * grid.s, over * grid.v, indexing="ij")
-        fields = {key: value for key, value in shape.fields(grid.s, grid.v).items() if key not in ("S", "v")}
-        write_vtu(out / f"{name}.vtu", points, {"S": s, "v": v, **fields})
+        fields = shape.fields(grid.s, grid.v)
+        by_area = stiff / state.scene.stiffness[0] / over**2
+        for key, values in fields.items():  # in l and D of the first strip
+            fields[key] = values * (by_area if key in BY_AREA else over ** POWERS.get(key, 0))
+        write_vtu(out / f"{name}.vtu", points, {**fields, "S": s, "v": v})
         surfaces.append(Surface(f"{name}.vtu", name, STRIP, "omega"))
         files[f"{name}.vtu"] = f"surface of {name} with fields (ParaView), lengths in l of the first strip"
         grids[name] = points

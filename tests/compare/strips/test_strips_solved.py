@@ -5,9 +5,12 @@ import shutil
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from compare import cli
 from compare.models.strips.solve import solved
+from compare.pages.export.vtu import read_vtu
+from compare.pages.strips.page import write
 from compare.scene.inputs.source import shipped_strips
 from compare.scene.strips.read import build, loads
 from ribbonbench.errors import BadInput
@@ -93,6 +96,49 @@ def test_all_of_it_in_the_units_of_either_strip():
     assert moments[0] == pytest.approx(moments[1], rel=1e-5)
 
 
+def test_the_shipped_ring_of_bigons_is_folded_and_opens_from_another_seed():
+    """Half great circles of one sphere, pi^2 / 2 of each of twelve strips, in J too; a turn of curvature: open."""
+    scene = shipped("bigon_ring")
+    folded = solved(scene, error=False)
+    assert folded.ok
+    assert folded.native.energy.total == pytest.approx(6 * np.pi**2, rel=1e-9)
+    stiffness = 4.0e9 * 1e-9 / (12 * (1 - 0.4**2))
+    assert folded.native.energy.total * scene.first.units.energy == pytest.approx(
+        6 * np.pi**2 * stiffness * 0.02 / 0.2, rel=1e-9
+    )
+    seeds = {f"strip.{name}.seed.curvature": -2.0 * np.pi / 1.2 for name in scene.names}
+    opened = solved(shipped("bigon_ring", **seeds), error=False)
+    assert opened.ok
+    assert opened.native.energy.total < folded.native.energy.total - 1.0
+    assert max(*folded.balance, *opened.balance) < BALANCED
+
+
+def test_surfaces_are_in_the_units_of_the_first_strip(tmp_path):
+    """Two strips of other lengths and thickness: curvature, and the integral of the energy over each; metres."""
+    scene = shipped("bigon", **{"model.elements": 8, "model.energy": "kirchhoff"})
+    given = dict(scene.document)
+    given["strip"] = [dict(strip) for strip in given["strip"]]
+    given["strip"][1] |= {"length": 0.33, "thickness": 3e-4}
+    state = solved(build(given), error=False)
+    assert state.ok
+    write(tmp_path, state, "")
+    first = state.native.problem
+    for k, name in enumerate(("left", "right")):
+        sheet = read_vtu(tmp_path / f"{name}.vtu")
+        s, v = (sheet.fields[key].reshape(sheet.shape) for key in ("S", "v"))
+        assert s.max() == pytest.approx(first.lengths_over[k])
+        density = sheet.fields["energy_density"].reshape(s.shape)
+        total = trapezoid(trapezoid(density, v, axis=1), s[:, 0]) / state.scene.first.width
+        unit = first.stiffness_over[k]
+        assert total == pytest.approx(unit * state.native.strips[k].energy.elastic, rel=1e-3)
+        bent = state.native.strips[k].omega([0.5])[0] / first.lengths_over[k]
+        middle = sheet.fields["omega"].reshape(s.shape)[s.shape[0] // 2, s.shape[1] // 2]
+        assert middle == pytest.approx(bent, rel=1e-6)
+    out = tmp_path / "files"
+    assert cli.main(["export", str(tmp_path), "--format", "csv", "--out", str(out), "--quiet"]) == 0
+    assert json.loads((out / "result.json").read_text())["scale"]["unit"] == "m"
+
+
 def test_strips_that_find_no_equilibrium_say_so(tmp_path):
     assert run(tmp_path, "solve", "bigon", "--set", "model.budget=1e-9") == 1
     found = json.loads((tmp_path / "out" / "result.json").read_text())
@@ -115,6 +161,7 @@ def test_strips_that_find_no_equilibrium_say_so(tmp_path):
         (("solve", "bigon", "--all"), "--all"),
         (("solve", "bigon", "--time"), "--time"),
         (("solve", "bigon", "--set", "strip.left.width=-1"), "strip.left.width"),
+        (("solve", "bigon", "--set", "strip.right.young=4.0"), "strip.right.young"),
         (("solve", "bigon", "--set", "model.energy=elastica"), "model.energy"),
         (("solve", "bigon", "--set", "model.energy=kirchhoff", "--set", "strip.width=1"), "strip.width"),
         (("compare", "bigon"), "solve and export alone"),
