@@ -97,10 +97,10 @@ class ShellResult:
     clamps: {"start": {"force", "moment"}, "end": ...} that each clamp exerts on the strip.
     walls: what each wall, then each obstacle, exerts on the strip: force (3,), moment (3,) about the origin, gap (l) of
     the nearest place (node), height (l) of a plate above its place at rest (None: rigid), places that it pushes:
-    contacts (k, 2), their S and v, lines (m, 2), first and last S of what touches in one piece, points (k, 3), pushes (k,),
-    force at each along the normal, pressure (k,), that over the place's area, in D / l^3 (of a line across larger on finer meshes),
-    greatest_pressure of these, mean_pressure, the force over the width times the length of the lines, None where that
-    is 0.
+    contacts (k, 2), their S and v, lines (m, 2), first and last S of what touches in one piece, points (k, 3), pushes
+    (k,), force at each along the normal, pressure (k,), that over the place's area, in D / l^3 (of a line across larger
+    on finer meshes), greatest_pressure of these, mean_pressure, the force over the width times the length of the lines,
+    None where that is 0.
     contact: how well the conditions of contact hold (shellref.contact.report).
     pairs: where parts of the strip push each other: s, v of the node, s_other, v_other of its foot on the other part,
     force (3,) on the node, gap (l) between the middle surfaces.
