@@ -51,6 +51,7 @@ NAMES = (
     "wunderlich_event",
     "moebius_table",
     "moebius_saddle",
+    "twisted_clamps",
     "roman",
     "obstacles",
     "friction",
