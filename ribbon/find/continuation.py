@@ -192,9 +192,9 @@ def _of_strands(problem: Problem, state: Equilibrium) -> bool:
 
 def _short_steps(problem: Problem) -> dict[str, Any]:
     """Where strands of a round rod touch no step may lead past each other."""
-    if not (isinstance(problem, MixedProblem) and problem.round and problem.pairs):
-        return {}
-    return {"travel": apart.TRAVEL * problem.apart}
+    if isinstance(problem, MixedProblem) and problem.round and problem.pairs:
+        return {"travel": apart.TRAVEL * problem.apart}
+    return {}
 
 
 def _landed(problem: Problem, state: Equilibrium, tried: Equilibrium, how: How) -> Equilibrium:
