@@ -45,9 +45,9 @@ class _Push(NamedTuple):
 
 def slides(problem: MixedProblem) -> bool:
     """Whether places of contact slide, all of them on planes."""
-    return bool(problem.touching) and all(
-        touch.slides and abs(touch.side) == 1.0 and isinstance(problem.walls[touch.wall], Wall)
-        for touch in problem.touching
+    planes = all(isinstance(wall, Wall) for wall in problem.walls)
+    return (
+        planes and bool(problem.touching) and all(touch.slides and abs(touch.side) == 1.0 for touch in problem.touching)
     )
 
 
@@ -136,7 +136,9 @@ def _on_joints(few: MixedProblem, many: MixedProblem, wall: int, pushes: list[_P
 
 def _slopes(problem: MixedProblem, x: FloatArray, wall: int) -> FloatArray:
     """<normal, t_z> (p + 1,) at the joints, the slope of the distance along the edges."""
-    return np.asarray(problem.joints(x)[1][:, :, 2] @ np.asarray(problem.walls[wall].normal))
+    plane = problem.walls[wall]
+    assert isinstance(plane, Wall)  # `slides`
+    return np.asarray(problem.joints(x)[1][:, :, 2] @ np.asarray(plane.normal))
 
 
 def _beside(problem: MixedProblem, active: BoolArray) -> tuple[BoolArray, BoolArray]:
