@@ -235,13 +235,11 @@ class _Study:
             return Cut(**{**kept, "marks": tuple(Mark(**mark) for mark in kept["marks"])})
         if self.say is not None:
             self.say.step(f"{self.over} = {value:.6g}")
-        begun = None if place is None else place.with_suffix(".journal")
-        found = self._followed(value, begun)
+        found = self._followed(value)
         if place is not None and not (self.asked.budget is not None and not found.whole):
             place.parent.mkdir(parents=True, exist_ok=True)
             atomic_write_json(place, jsonable(dataclasses.asdict(found)))
-            assert begun is not None
-            begun.unlink(missing_ok=True)
+            place.with_suffix(".journal").unlink(missing_ok=True)
         return found
 
     def _name(self, value: float) -> str:
@@ -249,7 +247,8 @@ class _Study:
         what = [self.key, self.first, self.last, *self.words, dataclasses.asdict(self.asked)]
         return case_key(self.at(value).canonical(), what, software(__name__, *sorted(homes)))[:24]
 
-    def _followed(self, value: float, begun: Path | None) -> Cut:
+    def _followed(self, value: float) -> Cut:
+        begun = None if self.keep is None else self.keep / f"{self._name(value)}.journal"
         try:
             found = diagram(self.at(value), self.key, self.first, self.last, self.words, self.asked, self.say, begun)
         except BadInput as error:
