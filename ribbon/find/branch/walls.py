@@ -136,7 +136,9 @@ def _on_joints(few: MixedProblem, many: MixedProblem, wall: int, pushes: list[_P
 
 def _slopes(problem: MixedProblem, x: FloatArray, wall: int) -> FloatArray:
     """<normal, t_z> (p + 1,) at the joints, the slope of the distance along the edges."""
-    return np.asarray(problem.joints(x)[1][:, :, 2] @ np.asarray(problem.walls[wall].normal))
+    plane = problem.walls[wall]
+    assert isinstance(plane, Wall)
+    return np.asarray(problem.joints(x)[1][:, :, 2] @ np.asarray(plane.normal))
 
 
 def _beside(problem: MixedProblem, active: BoolArray) -> tuple[BoolArray, BoolArray]:
