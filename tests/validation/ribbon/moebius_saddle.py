@@ -277,7 +277,7 @@ def barriers(segments: int) -> tuple[float, float]:
     return found["saddle"][1] - found["on edge"][1], found["saddle"][1] - found["fallen"][1]
 
 
-PROBES = {"lost_51": lambda: _lost(SEGMENTS[0])}
+PROBES = {"lost_51": lambda: _lost(SEGMENTS[0]), "barrier_51": lambda: barriers(SEGMENTS[0])[0]}
 
 
 def _number(found: Settled, unit: str, shown: str) -> Number:
@@ -349,6 +349,7 @@ def run(out: Path) -> dict[str, Number]:
         "fall": _number(fall, "D w / l", ".4f"),
         "lost": _number(lost, "", ".1f"),
         "lost_51": Number(_lost(SEGMENTS[0]), 1e-5, "", ".4f"),
+        "barrier_51": Number(barriers(SEGMENTS[0])[0], 1e-9, "D w / l", ".4e"),
         "lets_go": Number(goes.value, goes.error if goes.settles else max(abs(goes.value - _lets_go(p))
                           for p in SEGMENTS), "", ".1f"),
         "rigid_apart": Number(apart, 1e-6, "l", ".0e"),

@@ -317,7 +317,7 @@ def pitchfork_of(energy: str) -> float:
     return min(turn(s.point) for s in lines(energy)[0].run.specials)
 
 
-PROBES = {"lost_kirchhoff_coarse": lambda: pitchfork_of("kirchhoff")}
+PROBES = {"lost_kirchhoff_coarse": lambda: pitchfork_of("kirchhoff"), "torsion": lambda: _constants()[1]}
 
 
 def _first(energy: str, name: str, kind: str, k: int = 0) -> tuple[Special, Settled]:
@@ -364,6 +364,10 @@ def run(out: Path) -> dict[str, Number]:
         "missing": Number(len(missing), 0, shown="d"),
     }
     _picture(out / "twisted_clamps.png")
+    numbers |= {
+        "lost_kirchhoff_coarse": Number(pitchfork_of("kirchhoff"), 1e-8, "turns", ".7f"),
+        "torsion": Number(_constants()[1], 1e-12, "D w", ".6f"),
+    }
     page.write(
         out / "twisted_clamps.md", "Clamped strips from no turn to two: the states connected with the arch",
         "python -m tests.validation twisted_clamps",
