@@ -1,7 +1,8 @@
 """Where a round rod's strands touch: at places of their own, or along lines.
 
 Two strands that cross are nearest at one pair of places, which both slide. Two that lie along each other are nearest
-nowhere: the gap g(s) = min_s' |r(s) - r(s')| - d is zero on an interval, and what pushes there is a force per length.
+nowhere: the gap g(s) = min_s' |r(s) - r(s')| - d is zero on an interval (docs/theory.md, eq. (5.18)), and what pushes
+there is a force per length.
 It is held at stations, the joints of the strand that comes first, each with the nearest place of the other strand,
 which alone slides: a fixed set, one row for each joint. Shapes are cubic between joints in a small frame, so that their
 values at joints are independent (interpolation by cubic splines is well posed), and so are the rows. A second set on
