@@ -178,7 +178,7 @@ def forces(state: State) -> Check:
     each = [[errors.get(name) for name in ends] for errors in known]
     each[0] += known[0].get("walls") or [None] * len(pushed)
     if any(error is None for errors in each for error in errors):
-        return unchecked("forces", "the error of a force is not known" + _why(state))
+        return unchecked("forces", "the error of a force is not known" + _as_before(state))
     sizes = [[one.force for one in held] + pushed, [one.moment for one in held]]
     off = [
         max(errors, default=0.0) / max([1.0, *(float(np.linalg.norm(value)) for value in values)])
@@ -242,13 +242,18 @@ def stability(state: State) -> Check:
     else:
         found = state.errors.get("lowest_eigenvalue")
         if found is None:
-            return unchecked("stability", "it is stable on these elements; on finer ones is not known" + _why(state))
+            return unchecked("stability", "it is stable on these elements; on finer ones is not known" + _as_before(state))
         value, error = lowest, float(found)
     return Check("stability", GOOD, f"lowest eigenvalue {value:.2g} within {error:.1g}", value)
 
 
 def _why(state: State) -> str:
     return f" ({state.error_why})" if state.error_why else ""
+
+
+def _as_before(state: State) -> str:
+    """The reason, once: what is behind the `elements` is not told again of what follows from them."""
+    return " (for the same reason)" if state.error_why and state.error is None else _why(state)
 
 
 def stable_here(state: State) -> Check:
