@@ -242,7 +242,8 @@ def stability(state: State) -> Check:
     else:
         found = state.errors.get("lowest_eigenvalue")
         if found is None:
-            return unchecked("stability", "it is stable on these elements; on finer ones is not known" + _as_before(state))
+            text = "it is stable on these elements; on finer ones is not known"
+            return unchecked("stability", text + _as_before(state))
         value, error = lowest, float(found)
     return Check("stability", GOOD, f"lowest eigenvalue {value:.2g} within {error:.1g}", value)
 

@@ -13,6 +13,8 @@ from contextvars import ContextVar
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from ribbon.errors import RibbonInputError
 from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.mixed import MixedProblem
@@ -67,6 +69,18 @@ def minimise(
     strip to `newton_rows`; where that finds no step, and for options that it does not know, Ipopt begins at the same
     start, and the message says so. Raises `IpoptMissing` where nothing but Ipopt can be asked and it is not there.
     """
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite at a trial is not taken
+        return _minimised(problem, start, options, progress, warm, how)
+
+
+def _minimised(
+    problem: BoundedProblem | ConstrainedProblem,
+    start: FloatArray,
+    options: dict[str, Any] | None,
+    progress: Callable[[int, float, float], None] | None,
+    warm: tuple[FloatArray, FloatArray] | None,
+    how: dict[str, bool],
+) -> Minimum:
     if isinstance(problem, ChainedProblem) and by_recursion(problem, options):
         minimum = newton.minimise(problem, start, options, progress, **how)
         arrived = minimum.residual <= FOUND or spent()

@@ -81,14 +81,13 @@ class ParticleRows(TouchRows):
         twice[:, _N, _M] = twice[:, _M, _N] = ratio * ratio
         twice[:, _N, _N] = 2.0 * h * ratio * ratio
         one, other = np.triu_indices(count)
-        with np.errstate(invalid="ignore", over="ignore"):  # a trial whose rulings cross is not finite, and not taken
-            jets[:, :, 1 : 1 + count] += first[:, :, None] * by[:, None, :]
-            jets[:, :, 1 + count :] += (
-                mixed[:, :, one] * by[:, None, other]
-                + mixed[:, :, other] * by[:, None, one]
-                + second[:, :, None] * (by[:, one] * by[:, other])[:, None, :]
-                + first[:, :, None] * twice[:, one, other][:, None, :]
-            )
+        jets[:, :, 1 : 1 + count] += first[:, :, None] * by[:, None, :]
+        jets[:, :, 1 + count :] += (
+            mixed[:, :, one] * by[:, None, other]
+            + mixed[:, :, other] * by[:, None, one]
+            + second[:, :, None] * (by[:, one] * by[:, other])[:, None, :]
+            + first[:, :, None] * twice[:, one, other][:, None, :]
+        )
 
     @property
     def columns(self) -> NDArray[np.int64]:
