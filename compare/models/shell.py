@@ -44,6 +44,7 @@ from compare.models.capabilities import BranchStart, Reference
 from compare.models.effects.price import check_price
 from compare.models.effects.shell import effects
 from compare.models.holds import shell as shell_holds
+from compare.models.holds.bodies import net
 from compare.models.holds.planes import box, plane_net
 from compare.models.quantities.shell import QUANTITIES
 from compare.models.reference import STRETCHING, beside_mesh, judged
@@ -289,14 +290,7 @@ class ShellModel(Model):
         heights = [wall["height"] or 0.0 for wall in state.supports.walls] or [0.0] * len(scene.walls)
         placed = zip(scene.wall_points, scene.wall_normals, heights, strict=False)
         planes = [plane_net(point + height * normal, normal, low, high) for point, normal, height in placed]
-        if not scene.obstacles:
-            return planes
-        from compare.models.holds.ribbon import net
-        from compare.models.ribbon.build import ribbon_walls
-        from ribbon.obstacle import Obstacle
-
-        bodies = (body for body in ribbon_walls(scene) if isinstance(body, Obstacle))
-        return planes + [net(body, points) for body in bodies]
+        return planes + [net(body, points) for body in scene.bodies]
 
     def refined(self, state: State) -> State | None:
         """None: a shell is refined by its scene's mesh."""

@@ -362,13 +362,13 @@ class WallSpec:
         Kind.NUMBER, "stiffness of the spring that holds the wall as a pressure plate, resting at point",
         "D w / l^3", "> 0", "100.0", default=None, newer=True, absent="a rigid wall", known="1e-12 <= k <= 1e18"
     )
-    friction: float = key(
-        Kind.NUMBER, "Coulomb's coefficient: friction along the wall is at most so many times the push on it", NONE,
-        ">= 0", "0.3", default=0.0, newer=True, note="along a [[path]]; ribbon"
-    )
     name: str | None = key(
         Kind.TEXT, "name of the wall in keys and results: letters, digits and _, not a number", example='"roof"',
         default=None, newer=True, absent="its number"
+    )
+    friction: float = key(
+        Kind.NUMBER, "Coulomb's coefficient: friction along the wall is at most so many times the push on it", NONE,
+        ">= 0", "0.3", default=0.0, newer=True, note="along a [[path]]; ribbon", known="mu <= 1e3"
     )
 
 
@@ -433,13 +433,13 @@ class ObstacleSpec:
     inside: bool = key(
         Kind.TRUTH, "whether the strip is inside it and cannot leave", example="true", default=False, newer=True
     )
-    friction: float = key(
-        Kind.NUMBER, "Coulomb's coefficient, as wall.friction, of a cylinder or a sphere", NONE, ">= 0", "0.3",
-        default=0.0, newer=True, note="along a [[path]]; ribbon"
-    )
     name: str | None = key(
         Kind.TEXT, "name of the obstacle in keys and results: letters, digits and _, not a number", example='"tube"',
         default=None, newer=True, absent="its number"
+    )
+    friction: float = key(
+        Kind.NUMBER, "Coulomb's coefficient, as wall.friction, of a cylinder or a sphere", NONE, ">= 0", "0.3",
+        default=0.0, newer=True, note="along a [[path]]; ribbon", known="mu <= 1e3"
     )
 
 

@@ -140,7 +140,7 @@ class ShellResult:
     provenance: dict[str, Any]
     walls: tuple[dict[str, Any], ...]
     contact: dict[str, Any] | None
-    pairs: tuple[dict[str, Any], ...] = ()
+    pairs: tuple[dict[str, Any], ...]
     discretisation: dict[str, Any] | None = None
 
     @property

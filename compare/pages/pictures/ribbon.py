@@ -12,12 +12,13 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
+from compare.models.holds.bodies import FLAT, ROUND, reach, round_grid
 from compare.models.holds.planes import box, clipped
-from compare.models.holds.ribbon import ROUND, obstacles, reach, round_grid, walls
+from compare.models.holds.ribbon import obstacles, walls
 from compare.page.drawing import RIBBON_COLOUR, WALL_COLOUR, quads, save, screen_axes
+from compare.scene.inputs.bodies import Body
 from compare.scene.units import Units
 from ribbon import Clamp, Equilibrium
-from ribbon.solid import Solid
 
 FloatArray = NDArray[np.float64]
 
@@ -79,7 +80,7 @@ def _side(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray 
             ends = clipped(point, normal, low, high) @ screen.T
             axes.plot(ends[:, 0], ends[:, 1], color=WALL_COLOUR, lw=2.5)
     for obstacle in obstacles(equilibrium):
-        if isinstance(obstacle, Solid):
+        if obstacle.kind in FLAT:
             _outline(axes, obstacle, screen, grid)
             continue
         along = None if obstacle.axis is None else screen @ np.asarray(obstacle.axis)
@@ -99,9 +100,10 @@ def _side(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray 
     axes.grid(True, lw=0.3, alpha=0.6)
 
 
-def _outline(axes: Any, body: Solid, screen: FloatArray, grid: FloatArray) -> None:
+def _outline(axes: Any, body: Body, screen: FloatArray, grid: FloatArray) -> None:
     """The edges of a box, or what is seen of an edge along its axis."""
-    end_on = float(np.linalg.norm(screen @ body.frame[0])) < _EDGE_ON
+    assert body.axis is not None
+    end_on = float(np.linalg.norm(screen @ body.axis)) < _EDGE_ON
     if body.kind == "edge" and not end_on:
         return
     points = grid.reshape(-1, 3)

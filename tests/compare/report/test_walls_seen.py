@@ -9,7 +9,8 @@ import pytest
 
 from compare.cli import main
 from compare.models import solve
-from compare.models.holds.ribbon import nets, patch
+from compare.models.holds.bodies import patch
+from compare.models.holds.ribbon import body_of, nets
 from compare.page.page import SHELL, STRIP, WALL, Surface
 from compare.pages.export.vtu import grid_sheet, read_vtu
 from compare.pages.report import still
@@ -81,7 +82,7 @@ def test_a_wall_lets_the_strip_through_in_the_still_picture():
 )
 def test_of_a_large_obstacle_what_is_beside_the_strip_is_drawn(obstacle):
     points = np.random.default_rng(1).uniform(-0.3, 0.3, (50, 3))
-    net = patch(obstacle, points)
+    net = patch(body_of(obstacle), points)
     assert np.abs(obstacle.gaps(net.reshape(-1, 3))).max() < 1e-9 * max(obstacle.radius, 1.0)
     assert np.linalg.norm(net - points.mean(axis=0), axis=-1).max() < 8.0
     gaps, normals, _ = obstacle.derivatives(points)

@@ -30,7 +30,7 @@ def result(kind=ShellResult, **more):
         newton_iterations=7, factorisations=8, steps=(step,), energy={"elastic": 1.0}, share={"bending": 1.0},
         stabilisation={"energy": 0.0}, clamps={"start": force}, cell_midpoints=np.zeros((2, 2)),
         energy_density=np.ones((2, 3)), unknowns=90, seconds={"total": 1.5}, memory_mb=12.0, provenance={"a": "b"},
-        walls=(), contact=None, discretisation=None, **more,
+        walls=(), contact=None, pairs=(), discretisation=None, **more,
     )  # fmt: skip
 
 

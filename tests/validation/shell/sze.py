@@ -84,8 +84,8 @@ def _run(case: bodies.Case, label: str = "", shear: float = 1.0) -> Run:
 
     factors = naghdi.stiffness_factors
 
-    def stiffer(thickness: float) -> tuple[float, float]:
-        membrane, transverse = factors(thickness)
+    def stiffer(thickness: float, shear_factor: float) -> tuple[float, float]:
+        membrane, transverse = factors(thickness, shear_factor)
         return membrane, shear * transverse
 
     with mock.patch.object(naghdi, "stiffness_factors", stiffer):
