@@ -310,10 +310,29 @@ def run(out: Path) -> dict[str, Number]:
     downs = [both(MUS[0], STEPS[0], n)[0] for n in (FOLD // 2, FOLD, 2 * FOLD)]
     order = math.log2(abs(changes[0] / changes[1]))
     mesh = math.log2(abs(by_mesh[0] / by_mesh[1]))
+    down, up = both(MUS[0], STEPS[-1])
+    lasts = lost(MUS[0], STEPS[-1])
+    numbers = {
+        "slid_push": Number(_end(pressed(*SLIDES, (FALL,), 20, 2)[-1])[0], 1e-6, "D w / l^2", ".5f"),
+        "slid_shot": Number(push, 1e-8, "D w / l^2", ".6f"),
+        "slid_off": Number(off, 10.0 * off, "", ".0e"),
+        "stuck_off": Number(far, 10.0 * far, "", ".0e"),
+        "slope_03": Number(0.5 * sum(slopes[0.3]), abs(slopes[0.3][1] - slopes[0.3][0]), "degrees", ".2f"),
+        "down": Number(down, abs(down - both(MUS[0], STEPS[-2])[0]) + 1e-3, "D w / l^2", ".2f"),
+        "up": Number(up, abs(up - both(MUS[0], STEPS[-2])[1]) + 1e-3, "D w / l^2", ".2f"),
+        "lost": Number(lasts, abs(changes[-1]) + abs(by_mesh[-1]), "D w / l", ".4f"),
+        "lost_coarse": Number(lost(MUS[0], STEPS[0]), 1e-5, "D w / l", ".4f"),
+        "balance": Number(abs(unbalanced(MUS[0], STEPS[-1])), abs(unbalanced(MUS[0], STEPS[-2])), "D w / l", ".0e"),
+        "law": Number(law(looped(MUS[0], steps), MUS[0]), 1e-8, "", ".0e"),
+        "order": Number(order, 0.3, "", ".1f"),
+    }
     page.write(
         out / "friction.md", "A strip that rubs", "python -m tests.validation friction",
         "Coulomb friction along a path (theory, eq. (5.14) to (5.16)), `sadowsky`, no weight unless it is named; "
         "lengths in l, forces in D w / l^2, work in D w / l.",
+        "In short: the end that slides pushes {slid_push}, by shooting {slid_shot} ({slid_off} of it off; {stuck_off} where "
+        "the end sticks); at mu = 0.3 a strip slips off at {slope_03} degrees; a fold takes {down} down and {up} up, and "
+        "{lost} is lost round the loop.".format(**numbers),
         "## An end pressed on a floor",
         f"A strip is clamped {SLIDES[0]:g} degrees below the horizontal, its free end on the floor, mu = "
         f"{SLIDES[1]:g}; the clamp falls by {FALL:g} l in two increments, and the end slides outwards. Shooting "
@@ -348,19 +367,4 @@ def run(out: Path) -> dict[str, Number]:
         f"What is lost changes with the order {mesh:.1f} of the segment's length; the force half way down by "
         f"{' and '.join(f'{abs(change):.2f}' for change in np.diff(downs))}.",
     )  # fmt: skip
-    down, up = both(MUS[0], STEPS[-1])
-    lasts = lost(MUS[0], STEPS[-1])
-    return {
-        "slid_push": Number(_end(pressed(*SLIDES, (FALL,), 20, 2)[-1])[0], 1e-6, "D w / l^2", ".5f"),
-        "slid_shot": Number(push, 1e-8, "D w / l^2", ".6f"),
-        "slid_off": Number(off, 10.0 * off, "", ".0e"),
-        "stuck_off": Number(far, 10.0 * far, "", ".0e"),
-        "slope_03": Number(0.5 * sum(slopes[0.3]), abs(slopes[0.3][1] - slopes[0.3][0]), "degrees", ".2f"),
-        "down": Number(down, abs(down - both(MUS[0], STEPS[-2])[0]) + 1e-3, "D w / l^2", ".2f"),
-        "up": Number(up, abs(up - both(MUS[0], STEPS[-2])[1]) + 1e-3, "D w / l^2", ".2f"),
-        "lost": Number(lasts, abs(changes[-1]) + abs(by_mesh[-1]), "D w / l", ".4f"),
-        "lost_coarse": Number(lost(MUS[0], STEPS[0]), 1e-5, "D w / l", ".4f"),
-        "balance": Number(abs(unbalanced(MUS[0], STEPS[-1])), abs(unbalanced(MUS[0], STEPS[-2])), "D w / l", ".0e"),
-        "law": Number(law(looped(MUS[0], steps), MUS[0]), 1e-8, "", ".0e"),
-        "order": Number(order, 0.3, "", ".1f"),
-    }
+    return numbers
