@@ -330,9 +330,9 @@ def run(out: Path) -> dict[str, Number]:
         out / "friction.md", "A strip that rubs", "python -m tests.validation friction",
         "Coulomb friction along a path (theory, eq. (5.14) to (5.16)), `sadowsky`, no weight unless it is named; "
         "lengths in l, forces in D w / l^2, work in D w / l.",
-        "In short: the end that slides pushes {slid_push}, by shooting {slid_shot} ({slid_off} of it off; {stuck_off} where "
-        "the end sticks); at mu = 0.3 a strip slips off at {slope_03} degrees; a fold takes {down} down and {up} up, and "
-        "{lost} is lost round the loop.".format(**numbers),
+        "In short: the end that slides pushes {slid_push}, by shooting {slid_shot} ({slid_off} of it off; {stuck_off} "
+        "where the end sticks); at mu = 0.3 a strip slips off at {slope_03} degrees; a fold takes {down} down and {up} "
+        "up, and {lost} is lost round the loop.".format(**numbers),
         "## An end pressed on a floor",
         f"A strip is clamped {SLIDES[0]:g} degrees below the horizontal, its free end on the floor, mu = "
         f"{SLIDES[1]:g}; the clamp falls by {FALL:g} l in two increments, and the end slides outwards. Shooting "
