@@ -32,8 +32,10 @@ PULLS = 1e-9
 ITERATIONS, ROUNDS, MOST_TURN = 30, 60, 1.5
 #: Longest, first and shortest step of a way.
 LONGEST, FIRST, SHORTEST = 0.1, 0.02, 1e-5
-#: Gap (l) within which a shape that is given touches.
-TOUCHES = 1e-5
+#: Gap (l) within which a shape that is given touches: as exact as such shapes are; what pulls is let go.
+TOUCHES = 1e-3
+#: How often the way from a shape to what is found beside it is looked at, and how far (l) into what it may not pass.
+_LOOKS, _INTO = 40, 5e-3
 
 
 @dataclass(frozen=True)
@@ -233,6 +235,19 @@ class Contact:
         moving = self.moving(z)
         gaps = too_near(moving, self._nodes, problem.apart, problem.barriers, None, TOUCHES)
         return tuple(self._sorted_out(moving, [gap.row for gap in gaps]))
+
+    def passes(self, begin: Array, end: Array, t: float) -> bool:
+        """Whether the strip goes through something on the straight way between two shapes (N + m,): deeper than it is
+        in either."""
+        problem = self.system.way.at(t)
+
+        def depth(share: float) -> float:
+            moving = self.moving(begin + share * (end - begin))
+            near = too_near(moving, self._nodes, problem.apart, problem.barriers, None, -_INTO)
+            return max((-gap.gap for gap in near), default=0.0)
+
+        allowed = max(depth(0.0), depth(1.0)) + _INTO
+        return any(depth(share) > allowed for share in np.linspace(0.0, 1.0, _LOOKS + 1)[1:-1])
 
     def through(self, state: Touching) -> float:
         """How far (l) any place of the strip is nearer than it may be."""

@@ -26,7 +26,8 @@ from shellref.elastica.system import System
 def near(
     problem: ElasticaProblem, joints: Array, degree: int, tolerance: float, s: Array, theta: Array
 ) -> ElasticaResult | None:
-    """The equilibrium beside the shape theta (k,) at s (k,), begun with what touches there; None: none is found."""
+    """The equilibrium beside the shape theta (k,) at s (k,), begun with what touches there; None: none is found, or one
+    to which the strip would go through something."""
     began = time.perf_counter()
     system = System(joints, degree, LoadPath(problem, problem))
     contact = Contact(system, degree, tolerance)
@@ -34,7 +35,7 @@ def near(
     z[: system.count] = system.discrete.projected(np.interp(system.discrete.s, s, theta))
     z[system.discrete.given] = [a for a in (problem.start_angle, problem.end_angle) if a is not None]
     found = contact.settle(z, 1.0, None, contact.touching(z, 1.0))
-    if found is None:
+    if found is None or contact.passes(z, found.z, 1.0):
         return None
     contact, found = _fitted(contact, found, joints)
     return _result(problem, degree, contact, found, 1, began)

@@ -106,6 +106,21 @@ def test_from_a_shape_that_touches():
     assert again.touches[0].push == pytest.approx(known.touches[0].push, rel=1e-6)
 
 
+@pytest.mark.parametrize("lift", [0.0, 1e-4, 3e-4])
+def test_beside_a_shape_that_is_not_quite_exact(lift):
+    """A strip that lies over a bar: begun a little above it, it does not fall through to where it touches nothing."""
+    weight = {"gamma": 10.0, "up": (0.0, 1.0)}
+    light, heavy = (
+        ElasticaProblem(barriers=(Barrier((0.5, -0.1), 0.06),), **{**weight, "gamma": gamma}) for gamma in (1e-3, 10.0)
+    )
+    known = solve_along([light, heavy], 20, 3, estimate_error=False)
+    assert len(known.touches) == 1
+    s = np.linspace(0.0, 1.0, 201)
+    again = solve_near(heavy, s, known.angle(s) + 4.0 * lift * s * (1.0 - s), 20, 3, estimate_error=False)
+    assert again is not None
+    assert again.touches[0].push == pytest.approx(known.touches[0].push, rel=1e-6)
+
+
 def test_what_is_refused():
     with pytest.raises(ValueError, match="apart"):
         ElasticaProblem(apart=-0.1)
