@@ -7,7 +7,6 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from compare.battery.case import Case
 from compare.battery.groups import GROUPS, chosen
 from compare.battery.run import attempt
 from compare.cli import main
@@ -29,12 +28,7 @@ def worst(name: str) -> float:
     return max(check.value for rung in case.rungs for check in attempt(case, rung, timed=False).checks)
 
 
-def listed() -> tuple[Case, ...]:
-    """All cases that are there."""
-    return chosen()
-
-
-PROBES = {**{name: lambda name=name: worst(name) for name in PROBED}, "listed": lambda: len(listed())}
+PROBES = {name: lambda name=name: worst(name) for name in PROBED}
 
 
 def numbers(found: dict[str, dict[str, Any]]) -> dict[str, Number]:
@@ -43,7 +37,6 @@ def numbers(found: dict[str, dict[str, Any]]) -> dict[str, Number]:
     for record in found.values():
         rungs.update(record["rungs"])
     return {
-        "listed": Number(len(listed()), 0, shown="d"),
         "cases": Number(sum(len(record["cases"]) for record in found.values()), 0, shown="d"),
         "rungs": Number(sum(rungs.values()), 0, shown="d"),
         **{end.replace(" ", "_"): Number(rungs[end], 0, shown="d") for end in _ENDS},
