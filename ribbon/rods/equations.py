@@ -23,7 +23,7 @@ from ribbon.rods.result import RodShape
 from ribbon.rods.rod import FloatArray, Rod
 from ribbon.rods.solve import Found, multipliers, rounding, size_of_forces
 from ribbon.rods.start import from_frames
-from ribbon.solvers.frontal import Factor, Pattern
+from ribbon.solvers.frontal import Factored, Pattern
 
 BoolArray = NDArray[np.bool_]
 #: t, without unit -> the rod there, of edges of these lengths (n,).
@@ -36,27 +36,6 @@ _FAR = 0.5
 #: Weight of an angle (rad) beside a position (l) in the metric; size of G that counts as one of rounding.
 _ANGLE, _ROUNDED = 0.1, 1e-10
 _KEPT = 12
-
-
-@dataclass(frozen=True)
-class Factored:
-    """K at a point."""
-
-    factor: Factor
-    rows: int
-
-    @property
-    def unstable(self) -> int:
-        """Negative eigenvalues on the tangent of the rows."""
-        return self.factor.negative - self.rows
-
-    def solve(self, b: FloatArray) -> FloatArray:
-        """K^-1 b."""
-        return self.factor.solve(b, 3)
-
-    def solve_transposed(self, b: FloatArray) -> FloatArray:
-        """K is symmetric."""
-        return self.factor.solve(b, 3)
 
 
 @dataclass(frozen=True)

@@ -133,3 +133,24 @@ class Factor:
 
     def _substitute(self, b: FloatArray) -> None:
         kernels.substitute(self.pivots, *self.filled, b)
+
+
+@dataclass(frozen=True)
+class Factored:
+    """A symmetric saddle matrix K (n + m, n + m), factored, with how many of its lines are rows of constraints."""
+
+    factor: Factor
+    rows: int
+
+    @property
+    def unstable(self) -> int:
+        """Negative eigenvalues on the tangent of the rows in force."""
+        return self.factor.negative - self.rows
+
+    def solve(self, b: FloatArray) -> FloatArray:
+        """K^-1 b."""
+        return self.factor.solve(b, 3)
+
+    def solve_transposed(self, b: FloatArray) -> FloatArray:
+        """K is symmetric."""
+        return self.factor.solve(b, 3)

@@ -14,6 +14,7 @@ lambda_i over the node's area. Nodes that supports hold altogether are no places
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, Self
 
@@ -102,7 +103,7 @@ class Block(Protocol):
 
 
 @dataclass(frozen=True)
-class NodeRows:
+class NodeRows(ABC):
     """Places at nodes, (m,) each: node, what is touched, side; lever: h / 2."""
 
     nodes: np.ndarray
@@ -125,16 +126,17 @@ class NodeRows:
         return replace(self, **own)
 
     @property
+    @abstractmethod
     def normals(self) -> np.ndarray:
-        """(m, 3)."""
-        raise NotImplementedError
+        """Unit normals (m, 3) along which the places are pushed."""
 
     def passed(self, before: np.ndarray, after: np.ndarray, standing: tuple[Standing, Standing]) -> bool:
         """Nothing goes through a plane: what is behind it is pushed back."""
         return False
 
     def crossing(self, state: np.ndarray) -> None:
-        """Of the strip itself."""
+        """None: where the strip goes through itself is not asked of what it meets."""
+        return None
 
     def points(self, state: np.ndarray) -> np.ndarray:
         """Where the places are (m, 3), of a state (n, 6)."""

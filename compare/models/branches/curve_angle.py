@@ -16,9 +16,10 @@ from compare.models.capabilities import BranchStart
 from compare.models.curve_angle.shape import CurveAngleShape
 from compare.models.curve_angle.start import origin_of, rod_of
 from compare.scene.scene import Scene
-from ribbon.rods.equations import Equations, Factored
+from ribbon.rods.equations import Equations
 from ribbon.rods.result import RodShape
 from ribbon.rods.rod import Rod
+from ribbon.solvers.frontal import Factored
 from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]

@@ -25,7 +25,7 @@ from ribbon.problems import prolonged
 from ribbon.problems.layout import ETA, POSITION, QUATERNION, SLOPE, STRIDE
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.touching import Touch
-from ribbon.solvers.frontal import Factor
+from ribbon.solvers.frontal import Factored
 from ribbon.solvers.problem import force_scale, row_scale
 from ribbon.solvers.saddle import Saddle
 
@@ -45,27 +45,6 @@ _KEPT = 12
 _BALANCED = 1e-11
 #: Part of a bound up to which slopes are inside it, and the largest change of xi in a step.
 _INSIDE, _LONGEST = 1.0 - 1e-13, 1.5
-
-
-@dataclass(frozen=True)
-class Factored:
-    """K at a point."""
-
-    factor: Factor
-    rows: int
-
-    @property
-    def unstable(self) -> int:
-        """Negative eigenvalues on the tangent of the rows in force."""
-        return self.factor.negative - self.rows
-
-    def solve(self, b: FloatArray) -> FloatArray:
-        """K^-1 b."""
-        return self.factor.solve(b, 3)
-
-    def solve_transposed(self, b: FloatArray) -> FloatArray:
-        """K is symmetric."""
-        return self.factor.solve(b, 3)
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,8 @@ from tests.validation.workbench.million import few
 _TIME = "CPU time, median of rounds in turns"
 #: Rounds of commands, and of what is warm.
 ROUNDS, WARM = 5, 9
+#: CPU time (s) that was hoped for of a solve.
+HOPED = 0.7
 OWN = """title = "A curled gift ribbon"
 [strip]
 length = 0.30
@@ -55,7 +57,7 @@ figure.savefig(io.BytesIO())
 """
 #: Name -> arguments of the interpreter, what it is, and the time (s) that was hoped for (None: none was).
 COMMANDS: Mapping[str, tuple[tuple[str, ...], str, float | None]] = {
-    "solve": ((*_RIBBONBENCH, "solve", "own.toml"), "`solve` of a film, energy left open, with its picture", 0.7),
+    "solve": ((*_RIBBONBENCH, "solve", "own.toml"), "`solve` of a film, energy left open, with its picture", HOPED),
     "quick": ((*_RIBBONBENCH, "limits", "own.toml", "--quick"), "`limits --quick` of it", None),
     "compare": ((*_RIBBONBENCH, "compare", "curl_4_3"), "`compare` of the demo: five shells, report, pictures", 6.0),
     "numeric": (("-c", "import numpy, numba, scipy.spatial"), "NumPy, Numba and SciPy imported, no more", None),
@@ -174,8 +176,9 @@ def run(folder: Path) -> dict[str, Number]:
         "CPU time of a process with all that it starts (s): median, least and most of "
         f"{ROUNDS} rounds in turns; kernels are kept. Files and pictures are written.",
         page.table(["what", "CPU s", "hoped for"], rows),
-        f"Libraries alone take {floor:.2f} s of `solve`'s {middle['solve']:.2f} s: what was hoped for (0.7 s) cannot "
-        "be had beside a picture that Matplotlib draws and kernels that Numba loads. Warm, in one process and one "
+        f"Libraries alone take {floor:.2f} s of `solve`'s {middle['solve']:.2f} s: what was hoped for ({HOPED:g} s) "
+        + ("cannot" if floor > HOPED else "could")
+        + " be had beside a picture that Matplotlib draws and kernels that Numba loads. Warm, in one process and one "
         "thread (ms, the same way):",
         page.table(["what", "CPU ms"], warmed),
         f"The choice costs {middle['choice'] / middle['finite']:.1f} solves of the strip of finite thickness (hoped "
