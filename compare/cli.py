@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import sys
-
 from compare.commands.main import BAD_INPUT, DONE, MISSING, NOT_CONVERGED, main
+from ribbonbench import start
 
 __all__ = ["BAD_INPUT", "DONE", "MISSING", "NOT_CONVERGED", "main"]
 
 if __name__ == "__main__":
-    sys.exit(main())
+    start.command(main)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import os
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
     from compare import __version__ as __version__
@@ -75,3 +75,10 @@ def main() -> int:
         return run()
 
     return start.run(command)
+
+
+def command() -> NoReturn:
+    """The installed command: `main` in a process of its own, which ends with it."""
+    from ribbonbench import start
+
+    start.command(main)

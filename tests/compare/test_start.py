@@ -131,3 +131,56 @@ def test_folders_of_the_same_names_do_no_harm(tmp_path, words):
         env=environment,
     )
     assert (done.returncode, done.stderr) == (0, "")
+
+
+#: A command that leaves work behind for its end: an exit handler, a thread, words in Python's and in C's buffers, an
+#: object that says when it is let go.
+LEAVING = """
+import atexit, ctypes, os, sys, threading, time
+{before}
+class Kept:
+    def __del__(self):
+        self.write(1, b" taken ")
+    write = staticmethod(os.write)
+kept = Kept()
+def slow():
+    time.sleep(0.2)
+    sys.stdout.write("thread ")
+def run():
+    threading.Thread(target=slow).start()
+    atexit.register(lambda: sys.stdout.write("handler "))
+    ctypes.CDLL(None).printf(b"c ")
+    return 7
+from ribbonbench import start
+start.command(run)
+"""
+
+
+@pytest.mark.parametrize(
+    ("before", "apart"),
+    [("", False), ("sys.setprofile(lambda *_: None)", True), ("sys.modules['mpi4py.MPI'] = sys", True)],
+)
+def test_a_command_ends_at_once_but_with_all_that_its_end_owes(before, apart):
+    """Threads are waited for, handlers called, buffers written; whoever looks on, and MPI, get an end as usual."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    done = subprocess.run(
+        [sys.executable, "-c", LEAVING.format(before=before)], capture_output=True, text=True, check=False, env=environment
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (7, "")
+    words = done.stdout.split()
+    assert words.index("thread") < words.index("handler")
+    assert "c" in words
+    assert ("taken" in words) is apart
+
+
+def test_a_reader_that_is_gone_is_told_of_as_before():
+    """Nobody reads stdout any more: Python's own code for it (120), not that of the command."""
+    script = "import sys; from ribbonbench import start; sys.stdout.write('x'); start.command(lambda: 0)"
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run(
+        [sys.executable, "-c", script], stdout=write, stderr=subprocess.PIPE, text=True, check=False, env=environment
+    )
+    os.close(write)
+    assert done.returncode == 120, done.stderr
