@@ -168,8 +168,8 @@ def run(command: Callable[[], int]) -> int:
         return said(stop)
 
 
-#: Objects made and not yet let go until Python looks for circles among them: its own 700 are passed some 400 times while
-#: libraries are loaded, and next to nothing is found (arrays are let go at once, not in circles).
+#: Objects made and not yet let go until Python looks for circles among them: its own 700 are passed some 400 times
+#: while libraries are loaded, and next to nothing is found (arrays are let go at once, not in circles).
 SELDOM = 50_000
 #: Modules of libraries that end something of their own (MPI, PETSc) only where the interpreter is taken apart.
 _ENDING = ("mpi4py.MPI", "petsc4py.PETSc")
@@ -177,8 +177,17 @@ _ENDING = ("mpi4py.MPI", "petsc4py.PETSc")
 
 def command(run_it: Callable[[], int]) -> NoReturn:
     """A process that is one command and no more: its code is that of `run_it`, and it is not taken apart at the end."""
+    _COMMAND.append(True)
     gc.set_threshold(SELDOM, *gc.get_threshold()[1:])
     leave(run_it())
+
+
+def is_command() -> bool:
+    """Whether this process is one command and no more."""
+    return bool(_COMMAND)
+
+
+_COMMAND: list[bool] = []
 
 
 def leave(code: int) -> NoReturn:
@@ -202,7 +211,7 @@ def leave(code: int) -> NoReturn:
         ValueError,
         AttributeError,
         TypeError,
-    ):  # a closed pipe, no stream: the interpreter knows what to do
+    ):  # a closed pipe, no stream: as Python does
         sys.exit(code)
     os._exit(code)
 

@@ -6,12 +6,13 @@ import io
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from compare.store.store import atomic_write_bytes
+from ribbonbench import start
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,6 +54,7 @@ def save(figure: Figure, path: Path, dpi: int = 200, *, placed: bool = False) ->
 def pictured(draw: Callable[[], object]) -> bool:
     """Whether `draw` has drawn: without matplotlib (the extra "plot") pictures are left out, and that is said."""
     try:
+        _untold()
         draw()
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("matplotlib", "mpl_toolkits"):
@@ -60,6 +62,18 @@ def pictured(draw: Callable[[], object]) -> bool:
         print("ribbonbench: note: no pictures without matplotlib; pip install 'ribbonbench[plot]'", file=sys.stderr)
         return False
     return True
+
+
+def _untold() -> None:
+    """Where the process is a command, matplotlib's classes are made without the texts that list their properties: half
+    of the time that its figures take to be imported, and nobody asks for help there."""
+    if not start.is_command() or "matplotlib.figure" in sys.modules:
+        return
+    from matplotlib.artist import Artist
+
+    if hasattr(Artist, "_update_set_signature_and_docstring"):
+        silent: Any = classmethod(lambda _: None)
+        Artist._update_set_signature_and_docstring = silent
 
 
 def screen_axes(grids: list[FloatArray], up: FloatArray | None) -> tuple[FloatArray, FloatArray]:

@@ -163,14 +163,13 @@ start.command(run)
 def test_a_command_ends_at_once_but_with_all_that_its_end_owes(before, apart):
     """Threads are waited for, handlers called, buffers written; whoever looks on, and MPI, get an end as usual."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
-    done = subprocess.run(
-        [sys.executable, "-c", LEAVING.format(before=before)], capture_output=True, text=True, check=False, env=environment
-    )  # fmt: skip
+    words = [sys.executable, "-c", LEAVING.format(before=before)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, env=environment)
     assert (done.returncode, done.stderr) == (7, "")
-    words = done.stdout.split()
-    assert words.index("thread") < words.index("handler")
-    assert "c" in words
-    assert ("taken" in words) is apart
+    said = done.stdout.split()
+    assert said.index("thread") < said.index("handler")
+    assert "c" in said
+    assert ("taken" in said) is apart
 
 
 def test_a_reader_that_is_gone_is_told_of_as_before():
@@ -184,3 +183,30 @@ def test_a_reader_that_is_gone_is_told_of_as_before():
     )
     os.close(write)
     assert done.returncode == 120, done.stderr
+
+
+#: A picture in a command, or beside other work: whether properties are set, and whether a class can be asked for them.
+DRAWING = """
+import io, sys
+from compare.page.drawing import pictured
+from ribbonbench import start
+def draw():
+    from matplotlib.figure import Figure
+    figure = Figure()
+    (line,) = figure.add_subplot().plot([0, 1])
+    line.set(linewidth=7.0)
+    figure.savefig(io.BytesIO())
+    print(line.get_linewidth(), "linestyle" in (type(line).set.__doc__ or ""))
+def run():
+    pictured(draw)
+    return 0
+"""
+
+
+@pytest.mark.parametrize(("ends", "told"), [("start.command(run)", "False"), ("run()", "True")])
+def test_a_command_makes_no_help_for_its_picture(ends, told):
+    done = subprocess.run(
+        [sys.executable, "-c", DRAWING + ends], capture_output=True, text=True, check=False, env={**os.environ}
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.split() == ["7.0", told]

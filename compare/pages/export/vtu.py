@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import base64
 import contextlib
+import html
 import io
-import tempfile
+import sys
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +23,8 @@ FloatArray = NDArray[np.float64]
 
 #: Part of a surface's extent up to which points of its ends are one.
 _MEET = 1e-6
+#: Bytes of a file's array that are compressed together, and how much: fully takes twice the time and saves a hundredth.
+_BLOCK, _QUICK = 32768, 1
 
 
 def triangles(along: int, across: int) -> NDArray[np.int64]:
@@ -108,19 +114,40 @@ def grid_sheet(
 
 
 def vtu_bytes(sheet: Sheet) -> bytes:
-    """The surface as a VTU file."""
-    import meshio
+    """The surface as a VTU file: numbers whole, in the machine's byte order, as VTK's zlib compressor reads them
+    (file formats in VTK's user guide, 2010, chapter 19)."""
+    triangle, corners = 5, len(sheet.triangles)
+    many = f'NumberOfPoints="{len(sheet.points)}" NumberOfCells="{corners}"'
+    parts = {
+        "Points": {"Points": sheet.points},
+        "Cells": {
+            "connectivity": np.ravel(sheet.triangles),
+            "offsets": 3 * np.arange(1, corners + 1),
+            "types": np.full(corners, triangle, dtype=np.uint8),
+        },
+        "PointData": sheet.fields,
+        "CellData": sheet.cells,
+    }
+    written = [f"<{part}>\n{''.join(map(_array, own, own.values()))}</{part}>\n" for part, own in parts.items() if own]
+    order = f'byte_order="{sys.byteorder.capitalize()}Endian" compressor="vtkZLibDataCompressor"'
+    return (
+        f'<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="0.1" {order}>\n<UnstructuredGrid>\n'
+        f"<Piece {many}>\n{''.join(written)}</Piece>\n</UnstructuredGrid>\n</VTKFile>\n"
+    ).encode()
 
-    mesh = meshio.Mesh(
-        sheet.points,
-        [("triangle", sheet.triangles)],
-        point_data=dict(sheet.fields),
-        cell_data={name: [values] for name, values in sheet.cells.items()},
-    )
-    with tempfile.TemporaryDirectory() as folder:
-        scratch = Path(folder) / "surface.vtu"
-        meshio.write(scratch, mesh, file_format="vtu")
-        return scratch.read_bytes()
+
+def _array(name: str, values: NDArray[Any]) -> str:
+    """An array (n,) or (n, k) of a VTU file: how many blocks, their size, that of the last one, their sizes compressed,
+    and the blocks, in base 64."""
+    whole = values.astype(np.uint8 if values.dtype == np.uint8 else np.int64 if values.dtype.kind in "iu" else float)
+    kind = f"{ {'f': 'Float', 'i': 'Int', 'u': 'UInt'}[whole.dtype.kind] }{8 * whole.dtype.itemsize}"
+    raw = np.ascontiguousarray(whole).tobytes()
+    blocks = [zlib.compress(raw[k : k + _BLOCK], _QUICK) for k in range(0, len(raw), _BLOCK)]
+    last = len(raw) - _BLOCK * (len(blocks) - 1)
+    head = np.array([len(blocks), _BLOCK, last, *map(len, blocks)], dtype=np.uint32)
+    columns = f' NumberOfComponents="{whole.shape[1]}"' if whole.ndim == 2 else ""
+    text = (base64.b64encode(head.tobytes()) + base64.b64encode(b"".join(blocks))).decode()
+    return f'<DataArray type="{kind}" Name="{html.escape(name)}"{columns} format="binary">\n{text}\n</DataArray>\n'
 
 
 def write_vtu(

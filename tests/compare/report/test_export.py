@@ -124,6 +124,35 @@ def test_vtu(made, surface):
         assert np.array_equal(mesh.point_data[name], values.reshape(mesh.point_data[name].shape))
 
 
+@pytest.mark.parametrize("along", [3, 700])
+def test_vtu_is_read_to_the_last_bit(tmp_path, along):
+    """By meshio and by VTK, of one block (less than 32,768 bytes an array) and of several, names and gaps included."""
+    pytest.importorskip("vtkmodules")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+
+    random = np.random.default_rng(1)
+    grid = random.standard_normal((along, 7, 3))
+    by_point = {'e < 1 & "w"': random.standard_normal((along, 7)), "normal": random.standard_normal((along, 7, 3))}
+    by_point['e < 1 & "w"'][0, 0] = np.nan
+    sheet = grid_sheet(grid, by_point, {"share": random.standard_normal((along - 1, 6))})
+    path = write_vtu(tmp_path / "s.vtu", grid, by_point, {"share": sheet.cells["share"][: 6 * (along - 1)]})
+    first = meshio.read(path)
+    assert np.array_equal(first.points, sheet.points)
+    assert np.array_equal(first.cells_dict["triangle"], sheet.triangles)
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    second = reader.GetOutput()
+    assert np.array_equal(vtk_to_numpy(second.GetPoints().GetData()), sheet.points)
+    assert np.array_equal(vtk_to_numpy(second.GetCells().GetConnectivityArray()), sheet.triangles.ravel())
+    for name, values in sheet.fields.items():
+        assert np.array_equal(first.point_data[name], values, equal_nan=True)
+        assert np.array_equal(vtk_to_numpy(second.GetPointData().GetArray(name)), values, equal_nan=True)
+    assert np.array_equal(first.cell_data["share"][0], sheet.cells["share"])
+    assert np.array_equal(vtk_to_numpy(second.GetCellData().GetArray("share")), sheet.cells["share"])
+
+
 def test_pvd(made, surface):
     import pyvista
 
