@@ -15,6 +15,8 @@ def beyond_the_ribbon(scene: SceneData) -> tuple[str, str] | None:
     """The first key that the ribbon does not know, and why; None: there is none."""
     if scene.strip.second_moment is not None:
         return "strip.second_moment", OF_A_ROD
+    if scene.tip is not None and scene.tip.moment is not None:
+        return "tip.moment", "takes forces at its tip, and only rods and the shell a moment"
     return _of_rods(scene) or _of_tapes(scene)
 
 
@@ -22,8 +24,6 @@ def _of_rods(scene: SceneData) -> tuple[str, str] | None:
     """The first key that only rods know, and why; None: there is none."""
     if scene.rod is not None:
         return "rod", "is a strip of section w x h, and [rod] is the section of a rod"
-    if scene.tip is not None and scene.tip.moment is not None:
-        return "tip.moment", "takes forces at its tip, and only rods a moment"
     if scene.closure is not None and scene.closure.twist:
         return "closure.twist", "closes smoothly, and only rods with a turned end"
     return None

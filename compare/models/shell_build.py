@@ -120,6 +120,7 @@ def shell_problem(
             grading=grading,
             end=end,
             tip=None if scene.tip is None else tuple(scene.tip_force.tolist()),  # type: ignore[arg-type]
+            tip_moment=tuple(scene.tip_moment.tolist()) if scene.tip_moment.any() else None,
             guided=scene.guided,
             corner=scene.shell_corner,
             edge_layer=scene.shell_edge_layer,
@@ -287,7 +288,7 @@ def shell_words(scene: Scene) -> str:
         names = list(dict.fromkeys(stage.name for stage in problem.path if stage.name != "arc"))
         names += [] if problem.path or not bent or begin in ("its natural shape", "its shape at rest") else ["natural"]
         names += ["gravity"] if problem.loaded else []
-        names += ["tip"] if problem.pulled else []
+        names += ["tip"] if problem.pulled or problem.twisted else []
         names += ["walls"] if any(stage.walls or stage.obstacles for stage in problem.path) else []
         path = f"its path goes from {begin}" + (f" over {', '.join(names)}" if names else "")
     start = shell.start
@@ -410,7 +411,7 @@ def _followed(scene: Scene) -> tuple[Scene, ...]:
             ("clamp.end.position", stage.guided != scene.guided),
             ("clamp.start", shell_holds.holds(stage)[0] != shell_holds.holds(scene)[0]),
             ("clamp.end", shell_holds.holds(stage)[1] != shell_holds.holds(scene)[1]),
-            ("tip", not _along(stage.tip_force, scene.tip_force)),
+            ("tip", not _along(_at_tip(stage), _at_tip(scene))),
             ("wall.normal", not np.array_equal(stage.wall_normals, scene.wall_normals)),
             ("contact", stage.apart != scene.apart),
             ("obstacle", _shapes(stage) != _shapes(scene)),
@@ -427,7 +428,7 @@ def _followed(scene: Scene) -> tuple[Scene, ...]:
 def _cannot_follow(number: int, key: str) -> BadInput:
     return BadInput(
         stage_name(number, key), None, "is not what the shell's path can change: poses of the clamps, places of the "
-        "walls and obstacles, fractions of the scene's own weight, of its own force at the tip, its natural curvature",
+        "walls and obstacles, fractions of the scene's own weight, of its own load at the tip, its natural curvature",
         "leave the stage out (--set path=[])",
     )  # fmt: skip
 
@@ -435,8 +436,9 @@ def _cannot_follow(number: int, key: str) -> BadInput:
 def _waypoint(stage: Scene, scene: Scene, begin: law.Law, name: str) -> Waypoint:
     """The stage as a waypoint."""
     gravity = stage.gamma / scene.gamma if scene.gamma else None
-    size = float(scene.tip_force @ scene.tip_force)
-    tip = float(stage.tip_force @ scene.tip_force) / size if size else None
+    whole = _at_tip(scene)
+    size = float(whole @ whole)
+    tip = float(_at_tip(stage) @ whole) / size if size else None
     walls = wall_points(stage) if scene.walls else None
     start = None if scene.clamp_start is None else start_pose(stage)
     obstacles = obstacle_points(stage) if scene.obstacles else None
@@ -448,8 +450,13 @@ def _shapes(scene: Scene) -> list[Obstacle]:
     return [dataclasses.replace(body, point=(0.0, 0.0, 0.0)) for body in shell_obstacles(scene)]
 
 
+def _at_tip(scene: Scene) -> FloatArray:
+    """Force and moment at s = 1, (6,), in D w / l^2 and D w / l."""
+    return np.concatenate([scene.tip_force, scene.tip_moment])
+
+
 def _along(force: FloatArray, whole: FloatArray) -> bool:
-    """Whether a force (3,) is a multiple of `whole`."""
+    """Whether loads (k,) are a multiple of `whole`."""
     size = float(whole @ whole)
     rest = force - (float(force @ whole) / size if size else 0.0) * whole
     return bool(np.abs(rest).max() <= 1e-9 * max(np.abs(force).max(), np.abs(whole).max()))

@@ -20,6 +20,7 @@ import numpy as np
 from scipy.sparse import bmat, csr_matrix, diags
 
 from shellref.fenics import petsc_api as petsc
+from shellref.fenics.rank import Corrected
 
 
 class Saddle:
@@ -32,6 +33,7 @@ class Saddle:
         self._factor: Any = None
         self._pattern: tuple[np.ndarray, np.ndarray] | None = None
         self._rows = self._plates = 0
+        self._solver: Any = None  # the factors, or what corrects them
 
     def factor(
         self, tangent: Any, rows: Any, springs: np.ndarray, on_plates: Any, give: np.ndarray, bend: Any = None
@@ -64,6 +66,12 @@ class Saddle:
             self._factor = petsc.SymmetricFactor(petsc.sparse_matrix(self._comm, (matrix.shape[0],) * 2, csr))
             self._pattern = matrix.indptr.copy(), matrix.indices.copy()
         self._factor.factor()
+        self._solver = self._factor
+
+    def correct(self, u: np.ndarray, g: np.ndarray) -> None:
+        """Solve from now on with K - U G U^T in the place of K, u (unknowns, k), g (k, k); the inertia stays K's."""
+        longer = np.vstack([u, np.zeros((self._rows + self._plates, u.shape[1]))])
+        self._solver = Corrected(self._factor, longer, g)
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """The inverse on the null space of the rows, times right (unknowns,)."""
@@ -73,7 +81,7 @@ class Saddle:
         self, right: np.ndarray, on_plates: np.ndarray, gaps: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(du, dq, multipliers lambda (m,)) of right sides (unknowns,), (plates,) and (m,)."""
-        found = self._factor.solve(np.concatenate([right, on_plates, gaps]))
+        found = self._solver.solve(np.concatenate([right, on_plates, gaps]))
         first, then = self.unknowns, self.unknowns + self._plates
         return found[:first], found[first:then], -found[then:]
 

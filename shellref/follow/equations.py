@@ -48,6 +48,8 @@ def refused(problem: ShellProblem) -> str | None:
         return "touches something: which places do is not part of its unknowns"
     if problem.partly_held or problem.guided or problem.turns or any(s is not None for s in problem.slide):
         return "has ends of which a part is held: their edges have unknowns of their own"
+    if problem.twisted:
+        return "carries a moment of fixed direction, whose tangent is not symmetric"
     if problem.transverse_curvature or "free" in problem.sections:
         return "has a section that its clamps carry as a whole: their edges have unknowns of their own"
     if problem.clamp == "free":

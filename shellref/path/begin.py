@@ -141,6 +141,8 @@ class Beginning:
             begin = "stable"
         if begin == "checked" and not self.meshes:  # nothing to check by: the mesh is coarse enough for its own path
             start = None
+        if self.problem.twisted and begin != "given":  # its stability is not asked, so no other beginning is believed
+            return self.walk("path")
         none = "path" if start is None else PATH_AGAIN[begin == "given"]
         if self.folder is not None and (self.folder / "checkpoint.npz").exists():  # an interrupted walk goes on
             return self.walk(none)

@@ -35,6 +35,7 @@ from shellref.contact.touching import touching
 from shellref.contact.walls import Standing
 from shellref.fenics import dolfinx_api as api
 from shellref.fenics import petsc_api as petsc
+from shellref.fenics.rank import Corrected
 from shellref.path.linear import Linear, linear_system
 from shellref.shell.body import Control, Stage, Supports
 from shellref.shell.director import Bases, Increments, retract
@@ -113,6 +114,8 @@ class Equilibrium:
         self.last_bases, self.last_sway = Bases(np.zeros(0)), np.zeros(0)
         self._found: tuple[np.ndarray | None, Bases] = (None, self.last_bases)  # the state to which the factors belong
         self.trouble = ""  # why a factorisation failed last
+        self._corrected: Corrected | None = None
+        self._turned: tuple[np.ndarray, float] | None = None  # where a moment acts, and how much of it
         self.linear: Linear = linear_system(model, self.increments, self._offset)
         weights = model.nodal_areas[:, None] * np.ones(3)
         weights[model.owned :] = 0.0
@@ -279,7 +282,22 @@ class Equilibrium:
             self.contact.factor(self.linear.matrix, self._projection(bases))
             self.linear.spend("factor", start)
         self.factorisations += 1
+        self._corrected = self._with_moment(state, bases)
         return bases
+
+    def _with_moment(self, state: np.ndarray, bases: Bases) -> Corrected | None:
+        """The factors with the tangent of a moment, which is not symmetric; None: no moment acts, or the saddle system
+        of what touches has it."""
+        moment, load = self.model.moment, self.model.control.load
+        self._turned = None if moment is None or not load else (state, load)
+        if moment is None or not load:
+            return None
+        columns = np.stack([self.increments.reduce(field, bases) for field in moment.columns(len(state))], axis=1)
+        tangent = load * moment.tangent(state)
+        if self.contact is None:
+            return Corrected(self.linear.factors, columns, tangent)
+        self.contact.saddle.correct(columns, tangent)
+        return None
 
     def assemble(
         self,
@@ -315,7 +333,8 @@ class Equilibrium:
 
     def back(self, full: np.ndarray, bases: Bases) -> np.ndarray:
         """Nodal increments (nodes, 6) = P K^-1 P^T full, active places staying where they are."""
-        return self.expand(self.factors.solve(self.increments.reduce(full, bases)), bases)
+        factors = self.factors if self._corrected is None else self._corrected
+        return self.expand(factors.solve(self.increments.reduce(full, bases)), bases)
 
     def correction(self, state: np.ndarray, right: np.ndarray, gap: np.ndarray, bases: Bases) -> tuple[np.ndarray, int]:
         """A Newton step (nodes, 6) with the last factors, and how many places have come to a wall or left one by it.
@@ -334,6 +353,9 @@ class Equilibrium:
     def stiff(self, step: np.ndarray) -> np.ndarray:
         """The tangent last assembled times nodal increments (nodes, 6) of what is held."""
         found = np.asarray(self.linear.stiff(step))
+        if self._turned is not None and self.model.moment is not None:
+            state, load = self._turned
+            found = found - load * self.model.moment.stiff(state, step)
         bend = None if self.contact is None else self.contact.curvature()
         return found if bend is None else found - (bend @ step.ravel()).reshape(step.shape)
 

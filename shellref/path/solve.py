@@ -44,6 +44,8 @@ def solve(
     if problem.closed and comm.size > 1 and (problem.clamp == "free" or problem.partly_held):
         remedy = "a closed strip needs one process where its seam is not held as a whole"
         raise ShellInputError("processes", comm.size, remedy)
+    if problem.twisted and comm.size > 1:
+        raise ShellInputError("processes", comm.size, "a moment at the end needs one process")
     if problem.touches and comm.size > 1:
         raise ShellInputError("processes", comm.size, "walls, obstacles and contact with itself need one process")
     if problem.half_turns and start is None:

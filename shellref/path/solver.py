@@ -262,10 +262,10 @@ def sliding_force(motions: np.ndarray, residual: np.ndarray, on_walls: bool) -> 
 
 
 def _factor(control: Control, problem: ShellProblem, arrived: bool) -> float:
-    """The share of the loads that acts: of the weight, of the end's force, or 1 at the end of a path without loads."""
+    """The share of the loads that acts: of the weight, of what acts at the end, or 1 at the end of a path without."""
     if problem.loaded:
         return control.weight
-    return control.load if problem.pulled else float(arrived)
+    return control.load if problem.pulled or problem.twisted else float(arrived)
 
 
 def flattening(problem: ShellProblem) -> float:

@@ -316,13 +316,13 @@ class Walker:
     def settle(self, walk: Walk, before: Point | None = None) -> bool:
         """What to do about an unstable point: switch branches, or kick, or stay. True when the state jumped."""
         o, point = self.options, walk.point
-        if not o.stability or not point.negative:
+        if not o.stability or not point.negative or not self.model.potential:  # no way down without one
             return False
         if walk.kicks >= MOST_KICKS or (before is not None and before.negative and point.load < 1.0):
             return False
         if o.switch and before is not None and before.negative == 0 and switch(self, walk, before):
             return True
-        if not o.kick or self.model.couples is not None:  # couples have no potential: no way down
+        if not o.kick:
             return False
         mode, _ = lowest_mode(self.equilibrium, point.state, self._stage(walk), point.load)
         if mode.at_fold:  # no way leads down from it that rounding would not have chosen
@@ -347,6 +347,9 @@ class Walker:
         there = "equilibrium at the full load"
         if not self.options.stability:
             return Verdict(ShellStatus.CONVERGED, f"{there}; stability not checked")
+        if not self.model.potential:
+            message = f"{there}; a moment of fixed direction has no potential: its stability is not asked"
+            return Verdict(ShellStatus.CONVERGED, message)
         at = min(walk.stage, len(self.stages) - 1)
         load = 1.0 if self.stages else 0.0
         stage = self.stages[at] if self.stages else self._stage(walk)

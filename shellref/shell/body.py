@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from shellref.contact.walls import WallPath
+from shellref.holds.moment import EdgeMoment
 from shellref.seam.ties import Tie
 from shellref.shell.clamps import Control
 from shellref.shell.director import FREE, HELD, Edge
@@ -85,7 +86,8 @@ class Body:
     natural(s, v) -> (n, 3): natural curvature (11, 22, 2*12) at natural = 1; `natural_start` the same at natural = 0.
     weight: force (3,) per area at weight = 1, minus the gradient of its potential.
     forces(grid, nodes) -> (n, 3): nodal forces at load = 1; couples(grid, nodes) -> (n, 3): nodal couples m at load =
-    1, acting as m x d on the director (exact for couples normal to it).
+    1, acting as m x d on the director (exact for couples normal to it). moment(grid, nodes): a moment of fixed
+    direction on an edge at load = 1.
     supports(grid, nodes) -> Supports.
     """
 
@@ -100,6 +102,7 @@ class Body:
     weight: tuple[float, float, float] | None = None
     forces: Callable[[Grid, np.ndarray], np.ndarray] | None = None
     couples: Callable[[Grid, np.ndarray], np.ndarray] | None = None
+    moment: Callable[[Grid, np.ndarray], EdgeMoment] | None = None  # one process only
     walls: WallPath | None = None  # planes that it may touch; one process only
     shear_factor: float = SHEAR_FACTOR  # of the transverse shear stiffness k G h
     closed: bool = False  # its ends are one: on several processes the first has both

@@ -171,6 +171,7 @@ class NaghdiModel:
         self.dead_forces = np.zeros((n, 3)) if body.forces is None else body.forces(self.grid, self.nodes)
         self.dead_forces = self.dead_forces / body.normaliser
         self.couples = None if body.couples is None else body.couples(self.grid, self.nodes) / body.normaliser
+        self.moment = None if body.moment is None else body.moment(self.grid, self.nodes)
         self.weight = np.zeros(3) if body.weight is None else np.asarray(body.weight, dtype=float)
 
     def set_control(self, control: Control) -> None:
@@ -231,12 +232,19 @@ class NaghdiModel:
         return self.internal(state, change) + self.internal(step, stress)
 
     def external(self, state: np.ndarray, control: Control) -> np.ndarray:
-        """Forces that act on the nodes, (nodes, 6): weight, dead forces, couples; linear in the control."""
+        """Forces that act on the nodes, (nodes, 6): weight, dead forces, couples, moment; linear in the control."""
         f = np.zeros((len(self.nodes), 6))
         f[:, :3] = control.weight * np.outer(self.nodal_areas, self.weight) + control.load * self.dead_forces
         if self.couples is not None:
             f[:, 3:] = control.load * np.cross(self.couples, state[:, 3:])
+        if self.moment is not None:
+            f += control.load * self.moment.forces(state)
         return f
+
+    @property
+    def potential(self) -> bool:
+        """Whether its loads have one: not couples, nor a moment."""
+        return self.couples is None and self.moment is None
 
     def force(self, state: np.ndarray, stress: Stress) -> np.ndarray:
         """int sigma . T(u, .) minus the loads, (nodes, 6): the residual dE/du when `stress` is the state's own."""

@@ -145,7 +145,9 @@ class ShellProblem:
     shear_factor: k of the transverse shear stiffness k G h (docs/theory.md, eq. (7.4)); large: none.
     obstacles: bodies that it cannot enter or leave (shellref.contact.obstacles.Obstacle; one process only), met as
     walls are. apart: distance (over l) that parts of it which face each other keep, middle surface from middle surface
-    (shellref.contact.pairs; one process only); None: it may run through itself.
+    (shellref.contact.pairs; one process only); None: it may run through itself. tip_moment (3,): moment of fixed
+    direction on the mean frame of the end edge (shellref.holds.moment), in D w / l; the start is held as a whole and
+    the end may turn (one process only).
     elements: (along, across). degree: of the elements, 2 or more. grading: size of the first element at a clamp, and of
     the elements at the two long edges, over the size of the even ones in the middle, in (0, 1]; 1 is an even mesh.
     edge_layer: width of the layer (over l) that gets two elements at clamps and edges instead of `grading`; "auto":
@@ -184,6 +186,7 @@ class ShellProblem:
     shear_factor: float = SHEAR_FACTOR
     obstacles: tuple[Obstacle, ...] = ()
     apart: float | None = None
+    tip_moment: Vector | None = None
 
     def __post_init__(self) -> None:
         def put(name: str, value: object) -> None:
@@ -220,6 +223,8 @@ class ShellProblem:
         put("end", Pose.read("end", self.end))
         if self.tip is not None:
             put("tip", numbers("tip", self.tip, 3))
+        if self.tip_moment is not None:
+            put("tip_moment", numbers("tip_moment", self.tip_moment, 3))
         if not isinstance(self.guided, bool):
             raise ShellInputError("guided", self.guided, "must be true or false")
         if self.guided and self.end is None:
@@ -228,6 +233,7 @@ class ShellProblem:
         self._check_edges(put)
         self._check_rest()
         self._check_pull()
+        self._check_moment()
         self._check_walls(put)
         check_contact(self, put)
         self._check_path(put)
@@ -245,6 +251,19 @@ class ShellProblem:
             raise ShellInputError("tip", self.tip, remedy)
         if abs(sum(a * b for a, b in zip(along, force, strict=True))) <= FRAME_TOLERANCE * math.hypot(*force):
             raise ShellInputError("tip", self.tip, "pulls across the way on which `end` slides: leave it out")
+
+    def _check_moment(self) -> None:
+        """A moment at S = 1 does work there, and the strip does not spin."""
+        if not self.twisted:
+            return
+        if self.closed:
+            raise ShellInputError("tip_moment", self.tip_moment, "turns an end, and a closed strip has none")
+        if self.ends[0] != parts.ALL:
+            remedy = "spins a strip whose start turns: hold position and frame of the start"
+            raise ShellInputError("tip_moment", self.tip_moment, remedy)
+        if self.ends[1] not in (parts.NOTHING, parts.POSITION) and not self.turns:
+            remedy = "turns an end whose section `end` holds: leave one of them out, or hold the position alone"
+            raise ShellInputError("tip_moment", self.tip_moment, remedy)
 
     def _check_rest(self) -> None:
         """What a strip that is no plane at rest allows."""
@@ -435,6 +454,11 @@ class ShellProblem:
         return self.tip is not None and any(self.tip)
 
     @property
+    def twisted(self) -> bool:
+        """True when a moment acts at the end."""
+        return self.tip_moment is not None and any(self.tip_moment)
+
+    @property
     def closed(self) -> bool:
         """True when the ends are joined."""
         return self.half_turns is not None
@@ -483,6 +507,8 @@ class ShellProblem:
         """Why the mesh cannot be refined for this goal (shellref.path.weighted); None: it can."""
         if goal == "surface":
             return None
+        if self.twisted:
+            return "is not known where a moment acts, which has no potential"
         if self.touches:
             return "is not known where something touches the strip"
         if self.partly_held:

@@ -14,6 +14,7 @@ from shellref.contact.obstacles import Obstacle
 from shellref.contact.walls import FACES, Wall, WallPath, depth
 from shellref.holds import motions as free_motions
 from shellref.holds import parts
+from shellref.holds.moment import EdgeMoment
 from shellref.inputs import ShellInputError, Vector
 from shellref.law import Law
 from shellref.seam import gauge
@@ -184,7 +185,8 @@ def layer_width(problem: ShellProblem) -> float:
     curvature to be expected.
 
     kappa: the natural curvature, that of the arc at the start, or that of a clamped strip under its weight:
-    Gamma / 2 when light, sqrt(2 Gamma) when heavy (planar elastica); under a force F at its end F and sqrt(2 F).
+    Gamma / 2 when light, sqrt(2 Gamma) when heavy (planar elastica); under a force F at its end F and
+    sqrt(2 F), under a moment M there M.
     """
     kappa = max(*law.sizes(problem.natural_curvature), *law.sizes(problem.natural_twist))
     kappa = max(kappa, abs(problem.start_curvature or 0.0), abs(problem.transverse_curvature))
@@ -193,6 +195,8 @@ def layer_width(problem: ShellProblem) -> float:
     if problem.pulled:
         force = math.hypot(*problem.tip or ())
         kappa = max(kappa, min(force, math.sqrt(2.0 * force)))
+    if problem.twisted:
+        kappa = max(kappa, math.hypot(*problem.tip_moment or ()))
     if problem.end is not None and not problem.guided:
         kappa = max(kappa, math.pi)
     return min(math.sqrt(problem.thickness / max(kappa, 1.0)), 0.25 * problem.width)
@@ -338,11 +342,19 @@ def build_strip(
         natural_start=None if problem.shaped else along(begin),
         weight=weight,  # type: ignore[arg-type]
         forces=line_force(0, 1.0, problem.tip or (0.0, 0.0, 0.0)) if problem.pulled else None,
+        moment=(lambda grid, nodes: _end_moment(problem, grid, nodes)) if problem.twisted else None,
         bends_along=True,
         walls=walls,
         closed=problem.closed,
     )
     return Strip(problem, body, stages, begin, start, end)
+
+
+def _end_moment(problem: ShellProblem, grid: Grid, nodes: np.ndarray) -> EdgeMoment:
+    """The moment at S = 1 on the nodes there."""
+    rows, columns = grid.positions(nodes)
+    at = np.flatnonzero(rows == len(grid.s_nodes) - 1)
+    return EdgeMoment.on(at, nodes[at, 1], grid.nodal_shares(1)[columns[at]], np.array(problem.tip_moment))
 
 
 def _placed_at_rest(problem: ShellProblem, grid: Grid) -> MidSurface:
@@ -414,8 +426,9 @@ def _stages(
             _places(problem, waypoint, at_walls[-1]))  # fmt: skip
     leg("clamps", start=problem.start, end=problem.end)
     leg("natural", natural=1.0)
-    last = "gravity" if not problem.pulled else "gravity and tip" if problem.loaded else "tip"
-    leg(last, gravity=1.0 if problem.loaded else 0.0, tip=1.0 if problem.pulled else 0.0)
+    at_tip = problem.pulled or problem.twisted
+    last = "gravity" if not at_tip else "gravity and tip" if problem.loaded else "tip"
+    leg(last, gravity=1.0 if problem.loaded else 0.0, tip=1.0 if at_tip else 0.0)
     leg("walls", walls=own)
     walls = _wall_path(problem, np.array(at_walls).reshape(len(at_walls), -1, 3)) if problem.touches else None
     if problem.clamp == "free":

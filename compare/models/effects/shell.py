@@ -41,6 +41,12 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
         _itself(scene),
         either("gravity", bool(scene.gamma), f"Gamma = {scene.gamma:g}", "gravity"),
         either("load at the tip", bool(scene.tip_force.any()), "[tip]" if scene.tip else "no [tip]", "tip"),
+        either(
+            "moment at the tip",
+            bool(scene.tip_moment.any()),
+            "tip.moment" if scene.tip else "no [tip]",
+            "tip.moment" if scene.tip_force.any() else "tip",
+        ),
         either("natural curvature", any(values(scene.curvature)), "strip.natural_curvature", "strip.natural_curvature"),
         either("natural twist", any(values(scene.twist)), "strip.natural_twist", "strip.natural_twist"),
         either(

@@ -39,6 +39,8 @@ CURVED = HELD.replace("poisson", "transverse_curvature = 10.0\npoisson")
 PULLED = HELD + "[tip]\nmoment = [0.0, 1e-3, 0.0]\n"
 SCENES = {
     "slide": HELD + END, "slide on a wall": HELD + END + FLOOR, "tape with weight": CURVED, "moment": PULLED,
+   
+    "moment on a wall": PULLED + FLOOR,
     "tape": "tape_4_1", "rod": "rod_wrung", "twisted ring": "ring_twisted", "stem": "daisy_5g",
 }  # fmt: skip
 
@@ -59,7 +61,7 @@ def test_the_remedy_is_one(name):
 
 
 def test_where_no_model_is_left_the_key_is_named():
-    scene = loads(PULLED + FLOOR, "moment on a wall")
+    scene = loads(HELD + "[rod]\ntorsion = 1.0\n" + FLOOR, "rod on a wall")
     assert takers(scene) == ()
-    with pytest.raises(BadInput, match=r"leave tip\.moment out"):
+    with pytest.raises(BadInput, match=r"leave rod\S* out"):
         check_keys(registry.model("ribbon"), scene)

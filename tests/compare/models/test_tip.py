@@ -79,3 +79,27 @@ def test_a_tension_stiffens(model):
     a = np.sqrt(tension)
     assert drop == pytest.approx(-force / tension * (1.0 - np.tanh(a) / a), rel=1e-3)
     np.testing.assert_allclose(found.supports.start.force, [0.0, force, -tension], atol=1e-4)
+
+
+@pytest.mark.shell
+def test_a_moment_in_space_turns_a_shell_as_a_rod():
+    """Bending and torsion by a moment of fixed direction: the shell tends to the shearable rod with w, w/h = 10
+    and nu = 0 kept."""
+    pytest.importorskip("dolfinx")
+    far = []
+    for width in (0.05, 0.02):
+        scene = loads(CANTILEVER, "cantilever").replace(
+            {
+                "strip.width": width, "strip.thickness": 0.1 * width, "strip.poisson": 0.0, "model.energy": "antman",
+                "tip.moment": [3.0, 1.0, 1.5], "shell.width_to_thickness": None, "shell.elements": [40, 4],
+            }
+        )  # fmt: skip
+        rod, shell = (solve(scene, model, options=Options()) for model in ("antman", "shell"))
+        assert rod.ok
+        assert shell.ok
+        assert shell.stable is None
+        np.testing.assert_allclose(shell.supports.start.moment, [-3.0, -1.0, -1.5], atol=1e-6)
+        s = np.linspace(0.0, 1.0, 41)
+        far.append(float(np.linalg.norm(rod.shape.centreline(s) - shell.shape.centreline(s), axis=1).max()))
+    assert far[0] < 0.015
+    assert far[1] == pytest.approx(0.4 * far[0], rel=0.1)

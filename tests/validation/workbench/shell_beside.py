@@ -2,8 +2,7 @@
 
 A scene with a thickness, or with shells of its own, has its shell (of several w/h the one next to `THIN`); one without
 is given w/h = `THIN`, and its row says so. `compare` runs them, with its rules: two models are compared in one state or
-not at all. A strip under a moment at its end, which no scene's shell takes, is rolled up by couples on its end edge
-(`rolled`). A rod that says its own stiffnesses is no strip: there is no shell to be beside it.
+not at all. A rod that says its own stiffnesses is no strip: there is no shell to be beside it.
 """
 
 from __future__ import annotations
@@ -17,22 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from compare.models import solve
-from compare.models.base import Options
 from compare.scene.scene import Scene, load
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
 from compare.studies.compare import compare
 from ribbonbench.errors import BadInput
-from shellref.path.arc import Point
-from shellref.path.newton import Equilibrium
-from shellref.path.walk import Walk, Walker
-from shellref.shell.body import Body, Control, Stage, Supports, line_force
-from shellref.shell.director import HELD
-from shellref.shell.grid import Grid
-from shellref.shell.midsurface import Cylinder
-from shellref.shell.naghdi import NaghdiModel
-from shellref.shell.options import ShellOptions
 from tests.reference.bent_section import stiffness
 from tests.test_setup import ROOT
 from tests.validation import page
@@ -55,8 +43,6 @@ OTHERS: Mapping[str, Mapping[str, Any]] = {
 SAME, ANOTHER, OPEN, NONE, REFUSED = "same state", "another state", "not known", "no equilibrium", "refused"
 NO_STRIP = "no strip"
 OUTCOMES = (SAME, ANOTHER, OPEN, NONE, REFUSED, NO_STRIP)
-#: Meshes of the shell that a moment rolls up.
-ROLLED = ((48, 4), (96, 8))
 #: Scenes whose shells are solved again, and what a processor may change of their distances, as a part.
 PROBED, REPEATED = ("cantilever", "hanging_5_3_1"), 1e-3
 
@@ -82,7 +68,7 @@ def row(name: str, store: CaseStore, reporter: Reporter) -> dict[str, Any]:
     if (why := no_strip(scene)) is not None:
         return {**found, "outcome": NO_STRIP, "why": why}
     if scene.tip is not None and scene.tip.moment is not None:
-        return {**found, **rolled(scene)}
+        found["uniform"] = uniform(scene)
     try:
         comparison = compare(scene, store, reporter, bare=True)
     except BadInput as error:
@@ -119,28 +105,6 @@ def no_strip(scene: Scene) -> str | None:
     )
 
 
-def rolled(scene: Scene) -> dict[str, Any]:
-    """A strip that is clamped at s = 0 in the identity and carries a moment about e_x at s = l, beside its shell, which
-    is flat at first and whose end edge carries couples; the distance is the largest at equal s."""
-    fast = solve(scene, options=Options(error=True))
-    lines, energies = zip(*(_rolled(scene, mesh) for mesh in ROLLED), strict=True)
-    s = lines[0][:, 0]
-    fine = lines[1][np.searchsorted(lines[1][:, 0], s - 1e-9)]
-    beside = fast.shape.centreline(s)
-    last = energies[-1]
-    assert fast.energy is not None
-    return {
-        "outcome": SAME, "why": "one turn of each, raised from the flat strip", "model": fast.model,
-        "uniform": uniform(scene),
-        "ratio": 1.0 / (scene.strip.thickness / scene.strip.width), "mesh": list(ROLLED[-1]), "given": "couples",
-        "stable": [fast.stable, None], "distance": float(np.linalg.norm(fine[:, 1:] - beside, axis=1).max()),
-        "ribbon_error": fast.error, "shell_error": float(np.linalg.norm(fine[:, 1:] - lines[0][:, 1:], axis=1).max()),
-        "claimed": True, "elastic": (fast.energy.elastic, last.elastic),
-        "share": {"membrane": last.membrane / last.elastic, "shear": last.shear / last.elastic},
-        "start": "path", "seconds": [fast.seconds.warm, None],
-    }  # fmt: skip
-
-
 def uniform(scene: Scene) -> float:
     """Elastic energy (D w / l) of the strip bent evenly by that moment, its section as free edges have it: Lamb's, of
     which the moment is dU / dkappa."""
@@ -154,28 +118,6 @@ def uniform(scene: Scene) -> float:
     step = 1e-4
     bent = brentq(lambda k: (energy(k + step) - energy(k - step)) / (2.0 * step) - moment, 0.5 * moment, 2.0 * moment)
     return energy(bent)
-
-
-def _rolled(scene: Scene, mesh: tuple[int, int]) -> tuple[np.ndarray, Any]:
-    """Rows (s, x, y, z) of the middle line, and the energies, of the shell at the full moment."""
-    width, moment = scene.width, scene.tip_moment
-    grid = Grid(np.linspace(0.0, 1.0, mesh[0] + 1), np.linspace(0.0, width, mesh[1] + 1))
-    body = Body(
-        Cylinder(), grid, scene.strip.thickness / scene.strip.length, scene.strip.poisson,
-        lambda grid, nodes: Supports.none(len(nodes)).hold(nodes[:, 0] < 1e-9, "xyz", HELD),
-        normaliser=width, couples=line_force(0, 1.0, tuple(moment.tolist())),
-    )  # fmt: skip
-    options = ShellOptions(stability=False)
-    model = NaghdiModel(body, options.stabilisation)
-    walker = Walker(Equilibrium(model, options), (Stage("couple", Control(), Control(load=1.0)),), options)
-    walk = Walk(Point(0.0, model.reference.copy(), model.stress(model.reference)))
-    walker.start(walk)
-    walker.run(walk)
-    assert walker.verdict(walk)[0].value == "converged", walker.verdict(walk)
-    middle = np.flatnonzero(np.abs(model.nodes[:, 1] - 0.5 * width) < 1e-9)
-    middle = middle[np.argsort(model.nodes[middle, 0])]
-    line = walk.point.state[middle, :3] - [0.5 * width, 0.0, 0.0]
-    return np.column_stack([model.nodes[middle, 0], line]), model.energies(walk.point.state)
 
 
 def rows(out: Path, names: Sequence[str] | None = None) -> list[dict[str, Any]]:
@@ -236,10 +178,10 @@ def write(out: Path, found: Sequence[Mapping[str, Any]]) -> None:
         COMMAND,
         f"Of {len(found)} shipped scenes: {said}. A scene that leaves the thickness open has a shell of w/h = {THIN:g} "
         "(marked *; bands on a table 400). Distances and errors (Hausdorff) in l, energies in D w / l; a distance is "
-        "given where both models rest in one state. Stable unless said. +: rolled up by couples on its end edge, which "
-        "have no potential, so that stability is not asked; the distance is the largest at equal s. It bends further "
-        "than the rod, which bends with D w: its edges are free to curl."
-        + "".join(f" Bent evenly, Lamb's section gives {one['uniform']:.5g}." for one in found if "uniform" in one),
+        "given where both models rest in one state. Stable unless said. A moment at the end (roll_up) has no potential, so that "
+        "the stability of its shell is not asked; it bends further than the rod, which bends with D w: its edges are "
+        "free to curl."
+        + "".join(f" Bent evenly, Lamb's section has {one['uniform']:.5g} D w / l." for one in found if "uniform" in one),
         page.table(heads, [_cells(one) for one in solved]),
         "## What is no strip, refused, or in no one state, and why",
         "\n".join(
@@ -254,7 +196,7 @@ def _cells(one: Mapping[str, Any]) -> list[str]:
 
     unstable = [who for who, stable in zip(("ribbon", "shell"), one["stable"], strict=True) if stable is not True]
     state = one["outcome"] + (f" ({' and '.join(unstable)} not known to be stable)" if unstable else "")
-    ratio = f"{one['ratio']:.4g}" + {"given": "*", "couples": "+"}.get(one["given"], "")
+    ratio = f"{one['ratio']:.4g}" + ("*" if one["given"] == "given" else "")
     return [
         one["name"], one["model"], ratio, "{} x {}".format(*one["mesh"]), state,
         number(one["distance"] if one["outcome"] == SAME else None, ".1e"), number(one["ribbon_error"], ".0e"),
