@@ -6,7 +6,9 @@ curvature and twist), on its own elements and, where the shell did not settle at
 may
 
 - come back to its own state, within `APART`, on all of them: both are in one state, however far the models are from
-  each other (few elements may be too long for a fold that finer ones hold);
+  each other (few elements may be too long for a fold that finer ones hold). Its discretisation error may be more than
+  that: a state within that error is its own only if its energy is too, within the energy's error on finer elements and
+  to rounding on the same ones, where one state has one energy;
 - rest in another state of its own, whose distance to the shell is less than half of that of the first: the shell is in
   that one, and how far it is from the ribbon's first state says nothing about the models;
 - rest anywhere else, or nowhere: not known.
@@ -37,6 +39,8 @@ APART = GOOD_UP_TO["distance"]
 #: Part of the distance between ribbon and shell below which the ribbon has not moved (nor by `APART`), and a nearer
 #: state is nearer.
 HALF = 0.5
+#: Difference of the total energies of one state on the same elements, relative (at least 1 D w / l).
+ROUNDING = 1e-6
 #: Into how many parts the ribbon's elements are cut for it, one after the other until it is decided: a fold beside a
 #: clamp may be shorter than they are.
 FINER = (1, 4)
@@ -85,7 +89,8 @@ def same_state(beside: Model, scene: Scene, fast: State, shell: State, grid: Gri
         if back is None or back.shape is None:
             continue
         moved = _apart(back, grid.of(fast.shape), grid, motions)
-        if moved <= max(min(HALF * apart, APART), fast.error or 0.0):
+        within = (fast.error or 0.0) if _alike(fast, back, finer) else 0.0
+        if moved <= max(min(HALF * apart, APART), within):
             if settled:
                 return own
             found = own
@@ -96,6 +101,17 @@ def same_state(beside: Model, scene: Scene, fast: State, shell: State, grid: Gri
             return Same(False, f"begun at the shell's shape the {fast.model} rests there, in another state", known)
         found = Same(None, f"begun at the shell's shape the {fast.model} rests in a third state", known)
     return found
+
+
+def _alike(fast: State, back: State, finer: int) -> bool:
+    """Whether the total energies of a state and of one on its elements cut into `finer` parts are one within their
+    error; not where that is not known."""
+    if fast.energy is None or back.energy is None:
+        return False
+    one, other = fast.energy.total, back.energy.total
+    known = (fast.errors.get("energy") or {}).get("total")
+    error = ROUNDING * max(1.0, abs(one)) if finer == 1 else known
+    return error is not None and abs(one - other) <= error
 
 
 def _apart(state: State, there: NDArray[np.float64], grid: Grid, motions: Motions | None) -> float:

@@ -105,7 +105,8 @@ def _to_tolerance(request: Request, seed: Seed, how: How, tolerance: float, stri
     if first.left is not None and state.left is first.left and state.ok:
         state = replace(state, message=f"{state.message}; {first.left}")
     if first.minima is not None and state.status in _GOOD:
-        state = replace(state, minima=first.minima, message=f"{state.message}; {first.minima}")
+        told = f"; {first.minima}" if len(first.minima.energies) > 1 else ""
+        state = replace(state, minima=first.minima, message=state.message + told)
     return state
 
 

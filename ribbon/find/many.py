@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ribbon.boundary import Clamp
 from ribbon.errors import RibbonInputError
-from ribbon.find.solving import search, start
+from ribbon.find.solving import coarse, search, start
 from ribbon.find.solving.assemble import assembled
 from ribbon.find.solving.request import How, Request, Values
 from ribbon.find.solving.request import Seed as _Seed
@@ -163,7 +163,8 @@ def solve_many(
 
     problems = _problems(requested, count)
     starts = [_start(number, problem, seeds) for number, problem in enumerate(problems)]
-    cases = list(zip(problems, starts, strict=True))
+    given = [seeds is not None and not isinstance(seeds[number][0], str) for number in range(count)]
+    cases = list(zip(problems, starts, given, strict=True))
     slices = [cases[i : i + TOGETHER] for i in range(0, len(cases), TOGETHER)]
     workers = threads or cores()
     states: list[Equilibrium] = []
@@ -184,15 +185,19 @@ def solve_many(
     return Many(tuple(states), time.perf_counter() - clock)
 
 
-def _solved(cases: Sequence[tuple[ChainedProblem, FloatArray]], warm: bool, budget: float | None) -> list[Equilibrium]:
-    """The cases one after the other; almost all of it in kernels that release the interpreter's lock."""
+def _solved(
+    cases: Sequence[tuple[ChainedProblem, FloatArray, bool]], warm: bool, budget: float | None
+) -> list[Equilibrium]:
+    """The cases (problem, start, whether its shape was given) one after the other; almost all of it in kernels that
+    release the interpreter's lock."""
     done: list[Equilibrium] = []
     before: FloatArray | None = None
-    for problem, x in cases:
+    for problem, x, given in cases:
         with within(budget):
             state = None if before is None else judged(problem, choose.minimise(problem, before, near=True), How())
             if state is None or not _is_plain(state):
                 state = search.from_state(problem, x, How())
+                state = state if given else coarse.lowest(state, How())
         before = state.x if warm and _is_plain(state) else None
         problem._cache.clear()
         done.append(state)

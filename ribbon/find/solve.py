@@ -17,8 +17,8 @@ from ribbon.find import doubling, minima, stretched
 from ribbon.find.bands import folds
 from ribbon.find.friction import path as rubbing
 from ribbon.find.solving import check as _check
+from ribbon.find.solving import coarse, search, start
 from ribbon.find.solving import refine as _refine
-from ribbon.find.solving import search, start
 from ribbon.find.solving.assemble import assembled
 from ribbon.find.solving.request import How, Options, Progress, Request, Seed, StripKeywords, Values
 from ribbon.find.solving.verdict import judged
@@ -148,7 +148,9 @@ def _searched(problem: Problem, seed: Seed, how: How) -> Equilibrium:
         return search.from_near(near, x, how)
 
     sides = None
-    if not isinstance(seed.curvature, str):
+    if isinstance(seed.curvature, str):
+        best = coarse.lowest(best, how)
+    else:
         sides = minima.sides(problem, start.given(problem, seed.curvature, seed.ruling), (omega, eta))
     if sides is not None:
         best = minima.held(best, sides, relaxed)

@@ -190,6 +190,36 @@ def test_a_ribbon_that_moves_by_as_much_as_states_are_apart_does_not_come_back(r
     assert same_state(Comes(state), scene, state, shell, grid).answer is True
 
 
+@pytest.fixture(scope="module")
+def coil() -> tuple[Scene, State, State]:
+    """The scene of K l = 100 on 20 segments, its lower state, and the higher one that a seed leads to, 0.1 l away and
+    computed to 0.1 l: finer segments do not hold it."""
+    scene = load("coil_100_7500")
+    high = model("ribbon").solve(
+        scene.replace({"seed.curvature": 100.0}), options=Options(error=True, grid=Grid.for_shape(scene, 20.0))
+    )
+    return scene, model("ribbon").solve(scene), high
+
+
+def test_a_state_within_the_error_of_another_with_another_energy_is_not_the_same(coil):
+    """Both are states of the same segments, 139 D w / l apart; the error told of the higher one covers the distance."""
+    scene, low, high = coil
+    assert low.ok
+    assert high.ok
+    assert high.energy.total > low.energy.total + 100.0
+    grid = Grid.for_shape(scene, 20.0)
+    apart = grid_hausdorff(grid.of(low.shape), grid.of(high.shape))
+    assert 0.01 < apart < high.error
+    found = same_state(RibbonModel(), scene, high, shell_at(high, low.native, "ribbon"), grid)
+    assert found.answer is False
+    assert found.counterpart.energy == pytest.approx(low.energy.total, rel=1e-9)
+    level = replace(low, energy=high.energy)
+    assert same_state(Comes(level), scene, high, shell_at(high, low.native, "ribbon"), grid).answer is True
+    unsure = replace(high, errors={})
+    found = same_state(Comes(low), scene, unsure, shell_at(high, low.native, "ribbon"), grid)
+    assert found.answer is not True
+
+
 def test_a_model_that_cannot_begin_there_does_not_know(ruled):
     scene, state = ruled
     softer = model("ribbon").solve(scene.replace({"strip.gamma": 300.0}))
