@@ -256,3 +256,18 @@ class Chain:
     def flat_length(self, z: FloatArray) -> float:
         """Of the flat parts on the floor."""
         return 1.0 - float(self.lengths(z).sum())
+
+
+def nodes(elements: int) -> FloatArray:
+    """xi (n,) of the unknowns of an arc."""
+    own = 0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
+    return np.concatenate([[0.0], ((np.arange(elements)[:, None] + own[1:]) / elements).ravel()])
+
+
+def filled(many: Chain, angles: list[FloatArray], rest: FloatArray) -> FloatArray:
+    """z of these angles (n,) of every arc, and what follows them."""
+    z = np.zeros(many.size)
+    for place, values in zip(many.columns, angles, strict=True):
+        z[place[place >= 0]] = values[place >= 0]
+    z[many.angles :] = rest
+    return z

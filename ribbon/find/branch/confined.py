@@ -108,10 +108,14 @@ class Confined:
         return self.chain.size
 
     def residual(self, z: FloatArray, t: float) -> FloatArray:
-        """G (n,); nan where an arc would have no length."""
+        """G (n,); nan where there is no scene, or an arc would have no length."""
+        try:
+            setting = self.setting_at(t)
+        except ValueError:
+            return np.full(self.size, np.nan)
         if not np.all(self.chain.lengths(z) > 0.0):
             return np.full(self.size, np.nan)
-        return self.chain.residual(z, self.setting_at(t))
+        return self.chain.residual(z, setting)
 
     def norm(self, residual: FloatArray) -> float:
         """Largest moment, misfit, difference of Hamilton's function over a force of 100 D w / l^2."""
@@ -120,8 +124,13 @@ class Confined:
         return float(np.abs(scale * residual).max())
 
     def rate(self, z: FloatArray, t: float) -> FloatArray:
-        """dG/dt (n,) by central differences, which G, linear in what is given, has no error by."""
-        return (self.residual(z, t + _STEP) - self.residual(z, t - _STEP)) / (2.0 * _STEP)
+        """dG/dt (n,) by differences, of which G, linear in what is given, has no error: from one side at an end."""
+        after, before = self.residual(z, t + _STEP), self.residual(z, t - _STEP)
+        if np.all(np.isfinite(after)) and np.all(np.isfinite(before)):
+            return (after - before) / (2.0 * _STEP)
+        side = _STEP if np.all(np.isfinite(after)) else -_STEP
+        near, far = self.residual(z, t + side), self.residual(z, t + 2.0 * side)
+        return (4.0 * near - 3.0 * self.residual(z, t) - far) / (2.0 * side)
 
     def factor(self, z: FloatArray, t: float) -> Dense | None:
         """The second derivatives, factored; where it has just begun with the angles of places held that do not push yet,
@@ -193,9 +202,9 @@ class Confined:
         return new, self._on(many, z), np.column_stack([self._on(many, v) for v in directions.T] or [np.zeros(0)])
 
     def _on(self, many: Chain, z: FloatArray) -> FloatArray:
-        nodes = _nodes(many.elements)
+        nodes = chain.nodes(many.elements)
         values = chain.at(self.chain.elements, nodes)[0]
-        return _filled(many, [values @ self.chain.angle(z, k) for k in range(many.arcs)], z[self.chain.angles :])
+        return chain.filled(many, [values @ self.chain.angle(z, k) for k in range(many.arcs)], z[self.chain.angles :])
 
     # -- what begins and ends -----------------------------------------------------------------------------------------
 
@@ -297,7 +306,7 @@ class Confined:
         old, here = self.chain, self._s(z, k, xi)
         planes = (*old.planes[: k + 1], plane, *old.planes[k + 1 :])
         many = replace(old, planes=planes)
-        nodes = _nodes(old.elements)
+        nodes = chain.nodes(old.elements)
 
         def carry(v: FloatArray) -> FloatArray:
             own = [old.angle(v, i) for i in range(old.arcs)]
@@ -309,7 +318,7 @@ class Confined:
             lengths = np.concatenate([length[:k], [xi * length[k], (1.0 - xi) * length[k]], length[k + 1 :]])
             lifts = np.concatenate([lift[:k], [lift[k] + behind, lift[k]], lift[k + 1 :]])
             rest = np.concatenate([lengths, lifts, v[old.angles + 2 * old.arcs :]])
-            return _filled(many, [*own[:k], first, last, *own[k + 1 :]], rest)
+            return chain.filled(many, [*own[:k], first, last, *own[k + 1 :]], rest)
 
         where = "roof" if plane == ROOF else "floor"
         return replace(self, chain=many), carry, ("push", k + 1), f"touches the {where} at s = {here:.4g} l"
@@ -317,7 +326,7 @@ class Confined:
     def _let_go(self, z: FloatArray, j: int, setting: Setting) -> tuple[Confined, _Carry, Condition, str]:
         old, here = self.chain, self._s(z, j, 0.0)
         few = replace(old, planes=(*old.planes[:j], *old.planes[j + 1 :]))
-        nodes = _nodes(old.elements)
+        nodes = chain.nodes(old.elements)
         both = old.lengths(z)[j - 1 : j + 1]
         xi = float(both[0] / both.sum())
 
@@ -329,7 +338,7 @@ class Confined:
             lengths = np.concatenate([length[: j - 1], [length[j - 1] + length[j]], length[j + 1 :]])
             lifts = np.concatenate([lift[: j - 1], lift[j:]])
             rest = np.concatenate([lengths, lifts, v[old.angles + 2 * old.arcs :]])
-            return _filled(few, [*own[: j - 1], np.where(nodes < xi, before, behind), *own[j + 1 :]], rest)
+            return chain.filled(few, [*own[: j - 1], np.where(nodes < xi, before, behind), *own[j + 1 :]], rest)
 
         where = "roof" if old.planes[j] == ROOF else "floor"
         return replace(self, chain=few), carry, ("gap", j - 1), f"lets go of the {where} at s = {here:.4g} l"
@@ -339,7 +348,7 @@ class Confined:
         flat = replace(old, flat=True)
 
         def carry(v: FloatArray) -> FloatArray:
-            return _filled(flat, [old.angle(v, i) for i in range(old.arcs)], v[old.angles : -1])
+            return chain.filled(flat, [old.angle(v, i) for i in range(old.arcs)], v[old.angles : -1])
 
         return replace(self, chain=flat), carry, ("flat", 0), "contacts with the floor spread into flat parts"
 
@@ -349,7 +358,7 @@ class Confined:
 
         def carry(v: FloatArray) -> FloatArray:
             rest = np.concatenate([v[old.angles :], [0.0]])
-            return _filled(points, [old.angle(v, i) for i in range(old.arcs)], rest)
+            return chain.filled(points, [old.angle(v, i) for i in range(old.arcs)], rest)
 
         return replace(self, chain=points), carry, ("floor", 0), "the flat parts on the floor have become places"
 
@@ -377,65 +386,3 @@ class Confined:
 #: Angle below which an arc lies; Newton steps for a level place, from between two places near it.
 _FLAT, _NEWTON = 1e-9, 5
 _Carry = Callable[[FloatArray], FloatArray]
-
-
-def _nodes(elements: int) -> FloatArray:
-    """xi (n,) of the unknowns of an arc."""
-    own = 0.5 - 0.5 * np.cos(np.pi * np.arange(chain.DEGREE + 1) / chain.DEGREE)
-    return np.concatenate([[0.0], ((np.arange(elements)[:, None] + own[1:]) / elements).ravel()])
-
-
-def _filled(many: Chain, angles: list[FloatArray], rest: FloatArray) -> FloatArray:
-    z = np.zeros(many.size)
-    for place, values in zip(many.columns, angles, strict=True):
-        z[place[place >= 0]] = values[place >= 0]
-    z[many.angles :] = rest
-    return z
-
-
-def arch(setting: Setting, elements: int) -> tuple[Chain, FloatArray]:
-    """The chain of the free arch between the clamps, and z near it: a wave of the clamped column, with its thrust."""
-    free = Chain((FLOOR, FLOOR), False, elements)
-    size = 2.0 * np.sqrt(setting.delta)
-    rest = np.array([1.0, -0.5 * setting.gamma, -4.0 * np.pi**2, 0.0])
-    return free, _filled(free, [size * np.sin(2.0 * np.pi * _nodes(elements))], rest)
-
-
-def waves(setting: Setting, folds: int, elements: int) -> tuple[Chain, FloatArray]:
-    """The chain of so many folds that touch the roof, alike, and z near it, for heights near those without force."""
-    planes = (FLOOR, *((ROOF, FLOOR) * folds))
-    many = Chain(planes, False, elements)
-    length = 0.5 / folds
-    half = np.sin(np.pi * _nodes(elements))
-    amplitude = 2.0 * np.sqrt(setting.delta)
-    angles = [(1.0 if k % 2 == 0 else -1.0) * amplitude * half for k in range(many.arcs)]
-    up = np.array([1.0 if k % 2 == 0 else 0.0 for k in range(many.arcs)])
-    lifts = -setting.gamma * length * (up * 0.0 + 0.5)
-    thrust = -((2.0 * np.pi * folds) ** 2)
-    return many, _filled(many, angles, np.concatenate([np.full(many.arcs, length), lifts, [thrust, 0.0]]))
-
-
-#: First root but zero of tan a = a: half the length of a hump, over 1 / sqrt(thrust).
-HUMP = 4.493409457909064
-
-
-def humped(system: Confined, z: FloatArray, t: float, size: float = 0.0) -> tuple[Confined, FloatArray]:
-    """The system with a hump on the flat part at the end clamp, and z near its equilibrium. Under weight (R. E. Hobbs
-    1984, doi:10.1061/(ASCE)0733-947X(1984)110:2(175), an infinite line on its bed)::
-
-        y_xxxx + T y_xx = - Gamma , y = y_x = y_xx = 0 at its ends
-        y_x = Gamma T^(-3/2) (sin u / cos a - u) ,  u = sqrt(T) x from - a to a ,  tan a = a
-
-    without it all of the flat length is the hump, of the angle `size` (rad)."""
-    setting, old = system.setting_at(t), system.chain
-    thrust, nodes = -old.tension(z), _nodes(old.elements)
-    many = replace(old, planes=(*old.planes, FLOOR), flat=setting.gamma > 0.0)
-    if setting.gamma > 0.0:
-        u = HUMP * (2.0 * nodes - 1.0)
-        hump, length = setting.gamma * thrust**-1.5 * (np.sin(u) / np.cos(HUMP) - u), 2.0 * HUMP / np.sqrt(thrust)
-    else:
-        hump, length = size * np.sin(2.0 * np.pi * nodes), old.flat_length(z)
-    lifts = np.concatenate([old.lifts(z), [-0.5 * setting.gamma * length]])
-    rest = [np.append(old.lengths(z), length), lifts, [old.tension(z)], [] if many.flat else [0.0]]
-    angles = [*(old.angle(z, k) for k in range(old.arcs)), hump]
-    return replace(system, chain=many, first=None, buckled=False, entered=None), _filled(many, angles, np.concatenate(rest))
