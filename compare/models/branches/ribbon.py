@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from compare.continuation.point import Point
 from compare.continuation.system import System
 from compare.models.base import Shape, State
+from compare.models.branches import confined
 from compare.models.capabilities import BranchStart, Freed
 from compare.models.ribbon.build import ribbon_problem
 from compare.models.ribbon.state import RibbonShape
@@ -66,6 +67,9 @@ def branch_start(scene_at: Callable[[float], Scene], state: State, moving: bool 
             "SCENE", scene_at(0.0).name, f"has no equilibrium where the branch would begin: {state.message}",
             "begin elsewhere (--from), or give a [seed] or a [[path]] that leads there",
         )  # fmt: skip
+    between = None if moving else confined.branch_start(scene_at, state)
+    if between is not None:
+        return between
     system, z = equations(scene_at, 0.0, state.native)
     if moving:
         mean = 1.0 / system.lengths.size

@@ -201,7 +201,8 @@ class _Models:
         beside = start.z + BESIDE * np.random.default_rng(0).normal(
             size=start.z.size
         )  # a straight strip stays straight
-        if max(system.norm(system.rate(z, 0.0)) for z in (start.z, beside)) <= MOVES:
+        still = max(system.norm(system.rate(z, 0.0)) for z in (start.z, beside)) <= MOVES
+        if still and not self._comes_near(start):
             weightless = self.along.key == "strip.gamma" and self.scene_at(0.0).up is None
             raise BadInput(
                 "--along", self.along.key, f"does not move this scene's {self.word}: its equilibrium stays one",
@@ -232,6 +233,11 @@ class _Models:
                     waiting += [(point, place) for point in self._beside(fallen)]
             number += 1
         return found
+
+    def _comes_near(self, start: Point) -> bool:
+        """Whether a condition of one side comes nearer, or goes away, with what varies: a wall that touches nothing yet."""
+        here, there = (start.system.slacks(start.z, t) for t in (0.0, 0.5))
+        return bool(here.size == there.size and np.any(np.abs(there - here) > MOVES))
 
     def _spent(self) -> bool:
         return self.end is not None and time.monotonic() > self.end
