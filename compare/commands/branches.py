@@ -24,6 +24,8 @@ EXAMPLE = "ribbonbench branches shift_7_2 --along clamp.end.position[1] --from 0
 
 #: What is solved so far, until all is.
 JOURNAL = "unfinished.journal"
+#: Words of --errors.
+ERRORS = ("all", "special", "none")
 
 
 def register(parser: argparse.ArgumentParser) -> None:
@@ -53,8 +55,10 @@ def register(parser: argparse.ArgumentParser) -> None:
         help="elements that stand where the curvature passes zero, and move with it: for wide twisted strips",
     )  # fmt: skip
     parser.add_argument(
-        "--no-errors", action="store_true", help="leave out the errors of special points (elements halved twice)"
-    )
+        "--errors", choices=ERRORS, default=None,
+        help="of which points, by elements halved twice (default all, of a shell special ones)",
+    )  # fmt: skip
+    parser.add_argument("--no-errors", action="store_true", help="the same as --errors none")
     common.out_argument(parser)
 
 
@@ -67,9 +71,13 @@ def run(options: argparse.Namespace, console: Console) -> int:
             raise BadInput(option, count, "is too few", "give a larger whole number")
     if options.within is not None and not (math.isfinite(options.within) and options.within > 0.0):
         raise BadInput("--within", options.within, "is no time", "give seconds, above zero")
+    if options.no_errors and options.errors not in (None, "none"):
+        raise BadInput("--no-errors", True, f"contradicts --errors {options.errors}", "give one of both")
+    errors = "none" if options.no_errors else options.errors
     asked = Asked(
-        options.branches or BRANCHES, options.steps or STEPS, not options.no_errors, options.within, options.moving
-    )
+        options.branches or BRANCHES, options.steps or STEPS, errors != "none", options.within, options.moving,
+        None if errors is None else errors == "all",
+    )  # fmt: skip
     scene = common.scene_of(options)
     out = common.out_folder(options, scene.name)
     over = None if options.over is None else _values(options.over)

@@ -344,7 +344,9 @@ class BranchStart:
     """Where a branch of a model begins: its system and z at the state that its solve gives (`compare.continuation`),
     the shape at a point of it, and where others may be near: others(n) gives n committed random starts and those that
     follow from its own shape, each with what it is, its system and z, relaxed where the model can relax it; freed: what
-    is free at a point whose count of unstable modes is therefore not all, None: nothing is.
+    is free at a point whose count of unstable modes is therefore not all, None: nothing is; force: on the strip (3,),
+    D w / l^2, of what holds s = l at a point of this shape, None: nothing does, or the model does not say; costly:
+    elements half as long cost so much that regular points have no errors of theirs unless asked for.
     """
 
     state: State
@@ -353,6 +355,8 @@ class BranchStart:
     shape: Callable[[Point], Shape]
     others: Callable[[int], Iterator[tuple[str, System, FloatArray]]]
     freed: Callable[[Point], Freed | None] = lambda point: None
+    force: Callable[[Point, Shape], FloatArray | None] = lambda point, shape: None
+    costly: bool = False
 
 
 @runtime_checkable

@@ -98,6 +98,7 @@ LINES = {
     "branches": [
         ("branches", "cantilever", "--set", "model.elements=4", "--along", "strip.gamma", "--from", "1", "--to", "3",
          "--model", "wunderlich,sadowsky", "--branches", "2", "--steps", "40", "--within", "100", "--no-errors",
+         "--errors", "none",
          "--moving", "--yes", *OUT),
         ("branches", "cantilever", "--set", "model.elements=4", "--along", "strip.gamma", "--from", "1", "--to", "3",
          "--branches", "1", "--no-errors", "--over", "strip.width=0.02,0.03", *OUT),

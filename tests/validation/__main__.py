@@ -44,6 +44,7 @@ NAMES = (
     "forces",
     "seeds",
     "rivals",
+    "rivals_again",
     "branches_auto",
     "branches_shell",
     "exact_gravity",

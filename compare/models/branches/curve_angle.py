@@ -112,4 +112,8 @@ def branch_start(scene_at: Callable[[float], Scene], state: State) -> BranchStar
     def others(count: int) -> Iterator[tuple[str, System, FloatArray]]:
         return iter(())
 
-    return BranchStart(state, system, z, shape, others)
+    def force(point: Point, shape: Shape) -> FloatArray | None:
+        assert isinstance(shape, CurveAngleShape)
+        return None if shape.native.rod.end.free else shape.native.reactions[1][0]
+
+    return BranchStart(state, system, z, shape, others, force=force)

@@ -246,7 +246,15 @@ def branch_start(scene_at: Callable[[float], Scene], state: State) -> BranchStar
         found = point.system.result(point.z, point.t, point.norm)
         return ElasticaShape(found, np.asarray(scene.position), scene.frame, scene.width)
 
-    return BranchStart(state, system, z, shape, lambda count: others(system, z, count))
+    def force(point: Point, shape: Shape) -> FloatArray | None:
+        assert isinstance(shape, ElasticaShape)
+        scene, found = scene_at(point.t), shape.result
+        if scene.clamp_end is None:
+            return None
+        along, up = np.asarray(found.forces.end) - np.asarray(found.problem.force)  # a load at the tip is no support
+        return np.asarray(along * scene.frame[:, 2] - up * scene.frame[:, 1])
+
+    return BranchStart(state, system, z, shape, lambda count: others(system, z, count), force=force)
 
 
 #: Waves and sizes (rad) of random angles; the seed of the committed draws.

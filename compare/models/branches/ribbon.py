@@ -81,7 +81,12 @@ def branch_start(scene_at: Callable[[float], Scene], state: State, moving: bool 
         assert isinstance(point.system, Equations)
         return RibbonShape(equilibrium(point.system, point.z, point.t))
 
-    return BranchStart(state, system, z, shape, lambda count: others(system, z, count), freed)
+    def force(point: Point, shape: Shape) -> FloatArray | None:
+        assert isinstance(shape, RibbonShape)
+        end = shape.equilibrium.end_support
+        return None if end is None else end.force
+
+    return BranchStart(state, system, z, shape, lambda count: others(system, z, count), freed, force)
 
 
 def freed(point: Point) -> Freed | None:

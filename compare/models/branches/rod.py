@@ -28,7 +28,7 @@ from shellref.rod.elements import State as Rod
 from shellref.rod.newton import Balance, Factor
 from shellref.rod.problem import RodProblem
 from shellref.rod.quaternion import PRODUCT
-from shellref.rod.result import RodResult
+from shellref.rod.result import RodResult, reactions
 from shellref.rod.solve import energy_of
 
 FloatArray = NDArray[np.float64]
@@ -258,4 +258,10 @@ def branch_start(scene_at: Callable[[float], Scene], state: State) -> BranchStar
     def others(count: int) -> Iterator[tuple[str, System, FloatArray]]:
         return iter(())
 
-    return BranchStart(state, system, z, shape, others)
+    def force(point: Point, shape: Shape) -> FloatArray | None:
+        assert isinstance(point.system, RodEquations)
+        problem = problem_at(point.t)
+        held = problem.end.position is not None
+        return reactions(point.system.elements, point.system.rod(point.z)[0], problem)[1].force if held else None
+
+    return BranchStart(state, system, z, shape, others, force=force)

@@ -85,4 +85,4 @@ def branch_start(scene_at: Callable[[float], Scene], state: State) -> BranchStar
     def others(count: int) -> Iterator[tuple[str, System, FloatArray]]:
         return iter(())
 
-    return BranchStart(state, system, z, shape, others)
+    return BranchStart(state, system, z, shape, others, costly=True)

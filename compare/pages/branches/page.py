@@ -18,8 +18,9 @@ from compare.pages.pictures.branches import branches_picture, ordinate
 from compare.pages.result import state_result
 from compare.store.arrays import npz_bytes
 from compare.store.store import atomic_write_bytes, atomic_write_json, atomic_write_text, jsonable
+from compare.studies.branches.bars import known
 from compare.studies.branches.diagram import Branch, BranchPoint, Diagram
-from compare.studies.branches.run import LINE
+from compare.studies.branches.measured import LINE
 
 PICTURE, RECORD, SHAPES = "branches.png", "branches.json", "shapes.npz"
 ENDS = {
@@ -98,18 +99,28 @@ def point_table(diagram: Diagram) -> Table:
         Column("parameter_error", "+-", unit, "exponent:2"),
         Column("unstable", "unstable modes", kind="integer"),
         Column("energy", "energy", "D w / l", "digits:12"),
+        Column("energy_error", "+-", "D w / l", "exponent:2", legend="of the energy, to the limit of finer elements"),
         Column("arc", "arc length", kind="digits:6"),
         *(Column(f"{n}_{c}", f"{n} {c}", "l", "digits:8") for n in ("end", "middle") for c in "xyz"),
+        Column("shape_error", "+-", "l", "exponent:2", legend="the most that a place of its centreline is off"),
+        *(Column(f"force_{c}", f"force {c}", "D w / l^2", "digits:8") for c in "xyz"),
+        Column("force_error", "+-", "D w / l^2", "exponent:2", legend="of the force of what holds s = l"),
+        Column("settles", "settles", kind="word", legend="whether finer elements say that all of these are errors"),
         Column("residual", "residual", kind="exponent:1"),
         Column("what", "what happens", kind="word"),
     )
     rows = [
-        (b.model, b.number, k, p.kind, p.parameter, p.error, p.unstable, p.energy, p.arc, *p.end, *p.middle,
-         p.residual, p.what)
+        (b.model, b.number, k, p.kind, p.parameter, p.error, p.unstable, p.energy, known(p.bars, "energy"), p.arc,
+         *p.end, *p.middle, known(p.bars, "shape"), *((None,) * 3 if p.force is None else p.force),
+         known(p.bars, "force"), _settles(p), p.residual, p.what)
         for b in diagram.branches
         for k, p in enumerate(b.points)
     ]  # fmt: skip
     return Table("Points", columns, tuple(rows))
+
+
+def _settles(point: BranchPoint) -> str:
+    return "" if point.bars is None else "yes" if point.bars.settles else "no"
 
 
 def _checks(diagram: Diagram) -> list[Check]:
@@ -129,6 +140,8 @@ def _checks(diagram: Diagram) -> list[Check]:
         settled = Check("settled", FAIR, "places on finer elements were not asked for")
     else:
         settled = Check("settled", GOOD, "all settle on finer elements")
+    if diagram.rough and settled.grade == GOOD:
+        settled = Check("settled", FAIR, f"numbers of {diagram.rough} regular points do not settle on finer elements")
     if bounds and settled.grade == GOOD:
         settled = Check("settled", FAIR, "where it falls by rulings is an upper bound: the worst ones are searched for")
     left = f"{diagram.left} more branches were met and not followed" if diagram.left else "all that were met"
@@ -156,6 +169,9 @@ def answer(diagram: Diagram) -> Verdict:
     key, begin = diagram.along.key, ""
     if diagram.unsettled:
         begin = f"Not settled: {diagram.unsettled} special points are these elements' own. "
+    if diagram.rough:
+        of = sum(p.bars is not None and p.kind == "regular" for b in diagram.branches for p in b.points)
+        begin += f"Not settled: numbers of {diagram.rough} of {of} regular points. "
     said = []
     for model in diagram.starts:
         own = next(b for b in diagram.branches if b.model == model)
@@ -187,6 +203,14 @@ def sentences(diagram: Diagram) -> list[str]:
             "(--set model.elements=N), or such as follow the passages of its curvature through zero (--moving), before "
             "their places are believed."
         )
+    if diagram.rough:
+        said.append(
+            f"At {diagram.rough} regular points energy, shape or force do not settle on elements halved twice: what "
+            "stands beside them (settles = no) is no error."
+        )
+    regular = [p for b in diagram.branches if b.image_of is None for p in b.points if p.kind == "regular"]
+    if all(p.bars is None for p in regular):
+        said.append("Regular points have no errors: --errors all asks finer elements for them too.")
     events = sum(p.kind == "event" for _, p in diagram.special)
     if events:
         said.append(f"{events} bounds or contacts begin or end on the way; the branches go on behind them.")
@@ -209,9 +233,12 @@ def record(diagram: Diagram) -> dict[str, Any]:
         for k, p in enumerate(b.points):
             points.append({
                 "model": b.model, "branch": b.number, "point": k, "kind": p.kind, "parameter": p.parameter,
-                "parameter_error": p.error, "settles": p.settles, "order": p.settled.order if p.settled else None,
+                "parameter_error": p.error, "settles": p.settles if p.bars is None or p.settles is not None
+                else p.bars.settles, "order": p.settled.order if p.settled else None,
                 "limit": p.settled.value if p.settled and p.settled.settles else None,
                 "on_meshes": list(p.meshes), "unstable_modes": p.unstable, "stable": p.stable, "energy": p.energy,
+                "energy_error": known(p.bars, "energy"), "shape_error": known(p.bars, "shape"), "end_force": p.force,
+                "end_force_error": known(p.bars, "force"),
                 "critical_eigenvalues": list(p.critical), "arc": p.arc, "end": p.end, "middle": p.middle,
                 "residual": p.residual, "what": p.what, "shape": {"file": SHAPES, "row": place},
             })  # fmt: skip

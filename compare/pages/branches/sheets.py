@@ -17,6 +17,7 @@ from compare.pages.export.vtu import Sheet, grid_sheet
 from compare.pages.pictures.branches import ordinate
 from compare.pages.report.surfaces import as_data, view
 from compare.store.states import States
+from compare.studies.branches.bars import known
 from compare.studies.branches.diagram import Branch, BranchPoint, Diagram
 
 FloatArray = NDArray[np.float64]
@@ -73,7 +74,9 @@ def _numbers(branch: Branch, point: BranchPoint) -> dict[str, Any]:
         "branch": branch.number, "model": branch.model, "kind": point.kind, "kind_text": WORDS[point.kind],
         "what": point.what, "parameter": point.parameter, "error": point.error, "settles": point.settles,
         "place": point.settled.value if point.settled is not None and point.settled.settles else point.parameter,
-        "unstable": point.unstable, "energy": point.energy, "end": point.end.tolist(),
+        "unstable": point.unstable, "energy": point.energy, "energy_error": known(point.bars, "energy"),
+        "shape_error": known(point.bars, "shape"), "numbers_settle": None if point.bars is None else point.bars.settles,
+        "end": point.end.tolist(),
         "middle": point.middle.tolist(),
     }  # fmt: skip
 

@@ -10,7 +10,7 @@ import numpy as np
 from compare.page.table import Column, Table
 from compare.store.arrays import npz_bytes
 from compare.store.store import atomic_write_bytes
-from compare.studies.branches.run import LINE
+from compare.studies.branches.measured import LINE
 from compare.studies.branches.states import Seen, States
 
 SHAPES = "states.npz"

@@ -14,6 +14,7 @@ from compare.measure.mesh_limit import Settled
 from compare.models.base import Shape, State
 from compare.scene.scene import Scene
 from compare.studies.branches.along import Along
+from compare.studies.branches.bars import Bars
 
 FloatArray = NDArray[np.float64]
 
@@ -28,7 +29,8 @@ class BranchPoint:
     branch point that of its side with fewer; of an event: behind it; behind a "ruling": one at least);
     energy: total, D w / l, without the constant of the natural curvature; arc: arc length from the branch's first
     point; end, middle (3,): positions, l; residual: the norm of what is left; critical: eigenvalues that are zero
-    there, as located; what: an event in words.
+    there, as located; what: an event in words; force (3,): on the strip, of what holds s = l, D w / l^2 (None: nothing
+    does, or the model does not say); bars: errors of all these numbers, None: not asked for.
     """
 
     parameter: float
@@ -46,6 +48,8 @@ class BranchPoint:
     critical: tuple[float, ...] = ()
     what: str = ""
     shape: Shape | None = field(default=None, repr=False)
+    force: FloatArray | None = None
+    bars: Bars | None = None
 
     @property
     def stable(self) -> bool:
@@ -54,8 +58,10 @@ class BranchPoint:
 
     @property
     def error(self) -> float | None:
-        """Of the parameter, in its unit; None: a regular point, which lies where it was put, or one that does not
-        settle."""
+        """Of the parameter, in its unit: 0 for a regular point that was put where it lies. None: not asked for, or it
+        does not settle."""
+        if self.kind == "regular":
+            return None if self.bars is None or not self.bars.settles else self.bars.parameter
         return None if self.settled is None or not self.settled.settles else self.settled.error
 
     @property
@@ -107,6 +113,12 @@ class Diagram:
     def unsettled(self) -> int:
         """Folds and branch points whose place is the mesh's."""
         return sum(point.settles is False for _, point in self.special if point.kind != "event")
+
+    @property
+    def rough(self) -> int:
+        """Regular points of which a number does not settle on finer elements."""
+        points = [point for branch in self.branches for point in branch.points if point.kind == "regular"]
+        return sum(point.bars is not None and not point.bars.settles for point in points)
 
     @property
     def ok(self) -> bool:

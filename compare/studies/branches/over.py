@@ -177,7 +177,7 @@ def curves(
     Raises `BadInput` before anything is computed where a value cannot be; a value at which nothing can be followed is a
     `Cut` that says why.
     """
-    asked = asked or Asked()
+    asked = dataclasses.replace(asked or Asked(), points=False)  # of special points alone
     if over == key:
         raise BadInput("--over", over, "is the number of --along too", "choose another key")
     words = tuple(models) or (energy_of(placed(scene, "--over", over, min(values)), key, first, last),)

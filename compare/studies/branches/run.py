@@ -2,7 +2,8 @@
 
 Every branch point is left along its null vectors, both ways; a branch whose first point has the parameter and the
 energy of one before is its mirror image. Folds, branch points and events are located again on elements half and a
-quarter as long (`compare.continuation.finer`), and their limit taken (`compare.measure.mesh_limit`).
+quarter as long (`compare.continuation.finer`), and their limit taken (`compare.measure.mesh_limit`); every other point
+is put again on them (`compare.studies.branches.bars`).
 """
 
 from __future__ import annotations
@@ -17,11 +18,9 @@ import numpy as np
 
 from compare import registry
 from compare.continuation.correct import first_point
-from compare.continuation.finer import relocated
 from compare.continuation.follow import follow, switched
 from compare.continuation.journal import kept
-from compare.continuation.point import Kind, Options, Point, Run, Special
-from compare.measure.mesh_limit import Settled, settled
+from compare.continuation.point import Options, Point, Run
 from compare.models.base import State, check_keys
 from compare.models.capabilities import Branches, BranchStart
 from compare.models.choice import settled as settled_energy
@@ -32,15 +31,10 @@ from compare.store.store import case_key
 from compare.studies.branches import freed
 from compare.studies.branches.along import Along, number_of, placed
 from compare.studies.branches.diagram import Branch, BranchPoint, Diagram
+from compare.studies.branches.measured import Measured
 from ribbonbench.errors import BadInput
 from ribbonbench.threads import alone
 
-#: Points of a kept centreline.
-LINE = 101
-#: Meshes on which a special point is located: as asked, and so many times halved.
-HALVINGS = 2
-#: To what a special point is located on its mesh, in t.
-LOCATED = 1e-9
 #: Difference of energies (relative, at least 1) and parameters (in t) of first points that are mirror images.
 ALIKE = 1e-6
 #: Rate of the residual below which a key moves nothing.
@@ -53,14 +47,16 @@ BRANCHES, STEPS = 8, 200
 
 @dataclass(frozen=True)
 class Asked:
-    """What is followed: at most so many branches of a model, and points of one; errors: on finer elements too; budget:
-    seconds in all, None: as long as it takes; moving: on elements that follow what is sudden."""
+    """What is followed: at most so many branches of a model, and points of one; errors: of special points, on finer
+    elements; points: of regular ones too, None: where elements half as long cost no more than twice (`BranchStart`);
+    budget: seconds in all, None: as long as it takes; moving: on elements that follow what is sudden."""
 
     branches: int = BRANCHES
     steps: int = STEPS
     errors: bool = True
     budget: float | None = None
     moving: bool = False
+    points: bool | None = None
 
 
 def scene_for(scene: Scene, model: str) -> tuple[Scene, str]:
@@ -184,6 +180,16 @@ class _Models:
         self._told(f"{word}: the state where the branch begins")
         self.start: BranchStart = model.branch_start(self.scene_at, say, moving=asked.moving)
         self.left = 0
+        regular = asked.errors and (not self.start.costly if asked.points is None else asked.points)
+        self.measured = Measured(
+            self.start,
+            along,
+            self.options,
+            regular,
+            asked.errors,
+            self._spent,
+            lambda what: self._told(f"{word}: {what}"),
+        )
 
     def _told(self, text: str) -> None:
         if self.say is not None:
@@ -262,15 +268,17 @@ class _Models:
         run = follow(first, (0.0, 1.0), self.options, on_point)
         free = freed.unstable(run.points, self.start.freed, self._spent)
         made = [
-            (point.arc, 1, 0, replace(self._point(point), unstable=1) if falls else self._point(point))
-            for point, falls in zip(run.points, free, strict=True)
+            (point.arc, 1, 0, replace(put, unstable=1) if falls else put)
+            for point, put, falls in zip(
+                run.points, self.measured.put_again(run.points, image is not None), free, strict=True
+            )
         ]
         fallen = None if image is not None else self._fallen(run.points, free)
         if fallen is not None:
             what = "it falls by other rulings of its straight part"
-            made.append((fallen.point.arc, 0, 0, replace(self._point(fallen.point, "ruling"), what=what)))
+            made.append((fallen.point.arc, 0, 0, replace(self.measured.plain(fallen.point, "ruling"), what=what)))
         for special in run.specials:
-            made.append((special.point.arc, 0, special.change, self._special(special, image is not None)))
+            made.append((special.point.arc, 0, special.change, self.measured.located(special, image is not None)))
         made.sort(key=lambda entry: entry[:2])
         points: list[BranchPoint] = []
         count = run.points[0].unstable
@@ -293,31 +301,3 @@ class _Models:
         """First points of the branches that it falls to."""
         found = [first_point(system, z, fallen.t, self.options.tolerance) for system, z in fallen.states]
         return [point for point in found if point is not None]
-
-    def _point(self, point: Point, kind: Kind = "regular") -> BranchPoint:
-        shape = self.start.shape(point)
-        s = np.linspace(0.0, 1.0, LINE)
-        line = shape.centreline(s)
-        return BranchPoint(
-            parameter=self.along.value(point.t), kind=kind, unstable=point.unstable,
-            energy=point.system.energy(point.z, point.t), arc=point.arc, end=line[-1], middle=line[LINE // 2],
-            residual=point.norm, t=point.t, centreline=line, shape=shape,
-        )  # fmt: skip
-
-    def _special(self, special: Special, image: bool) -> BranchPoint:
-        made = self._point(special.point, special.kind)
-        values = [special.point.t]
-        if self.asked.errors and not image:
-            self._told(f"{self.word}: {special.kind.replace('_', ' ')} at {made.parameter:.6g} on finer elements")
-            last: Special | None = special
-            for _ in range(HALVINGS):
-                last = None if last is None or self._spent() else relocated(last, self.options)
-                values.append(float("nan") if last is None else last.point.t)
-        limit = self._settled(values) if len(values) > 1 else None
-        return replace(
-            made, settled=limit, meshes=tuple(self.along.value(t) for t in values),
-            critical=special.values, what=special.what,
-        )  # fmt: skip
-
-    def _settled(self, values: Sequence[float]) -> Settled:
-        return settled([self.along.value(t) for t in values], LOCATED * abs(self.along.last - self.along.first))

@@ -22,7 +22,7 @@ from compare.models.base import Shape, check_keys
 from compare.models.capabilities import Branches, BranchStart
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
-from compare.studies.branches.run import LINE
+from compare.studies.branches.measured import LINE
 from ribbonbench.errors import BadInput
 from ribbonbench.threads import alone
 

@@ -42,13 +42,13 @@ def _timed(number: int) -> tuple[State, float]:
     return found, time.process_time() - begun
 
 
-def _others(number: int) -> list[State]:
+def others(number: int) -> list[State]:
     """What random starts end in, as the battery draws them."""
     rng = np.random.default_rng([17, number])
     return [answer(shaken(random_clamps(number), rng)) for _ in range(BESIDE)]
 
 
-def _finer(state: State) -> list[float]:
+def finer(state: State) -> list[float]:
     """The energy on elements halved so many times; NaN where it is not found there."""
     assert state.native is not None
     problem, x = state.native.problem, state.native.x
@@ -70,15 +70,15 @@ def measured(number: int) -> dict[str, Any]:
     """A scene: what solve returns with the probe and without, what four random starts do."""
     own, seconds = _timed(number)
     bare, bare_seconds = _without(number)
-    others = [one for one in _others(number) if one.ok]
-    best = min(others, key=energy, default=own)
+    ended = [one for one in others(number) if one.ok]
+    best = min(ended, key=energy, default=own)
     lost = own.ok and above(energy(own), energy(best))
     seen = own.native.minima if own.native is not None else None
     return {
         "number": number, "ok": own.ok, "energy": energy(own), "without": energy(bare), "seconds": seconds,
         "seconds_without": bare_seconds, "lowest": min(energy(best), energy(own)) if own.ok else energy(best),
-        "random": energy(best) if others else None, "tries": 0 if seen is None else seen.tries,
-        "finer": [_finer(own), _finer(best)] if lost else None,
+        "random": energy(best) if ended else None, "tries": 0 if seen is None else seen.tries,
+        "finer": [finer(own), finer(best)] if lost else None,
     }  # fmt: skip
 
 
@@ -94,7 +94,7 @@ def _lost(row: dict[str, Any], key: str = "energy") -> bool:
     return row["random"] is not None and above(row[key], row["random"])
 
 
-def _remains(row: dict[str, Any]) -> bool:
+def remains(row: dict[str, Any]) -> bool:
     """Whether the difference is still there on the finest elements, by more than what the last halving changed."""
     own, best = row["finer"]
     error = abs(own[-1] - own[-2]) + abs(best[-1] - best[-2])
@@ -130,7 +130,7 @@ def run(out: Path) -> dict[str, Number]:
     names = ("the probe was chosen on them", "not looked at before", "all")
     lines, numbers = zip(*(_line(name, part) for name, part in zip(names, parts, strict=True)), strict=True)
     lost = [row for row in rows if _lost(row)]
-    remain = sum(_remains(row) for row in lost)
+    remain = sum(map(remains, lost))
     whole, bare = (sum(row[key] for row in rows) for key in ("seconds", "seconds_without"))
     share = 1.0 - bare / whole
     every = numbers[-1]
@@ -152,7 +152,7 @@ def run(out: Path) -> dict[str, Number]:
         f"processor, {np.mean([row['tries'] for row in rows]):.0f} tries each). Of the {len(lost)} scenes where a "
         f"random start is lower, {remain} keep a difference above what the last of {HALVINGS} halvings of the elements "
         "changed: "
-        + ("; ".join(_said(row) for row in lost) or "none") + ".",
+        + ("; ".join(said(row) for row in lost) or "none") + ".",
         f"Without an answer: {', '.join(map(str, bad)) or 'none'}. That a state is the lowest of those seen is no "
         "proof.",
     )  # fmt: skip
@@ -170,6 +170,6 @@ def run(out: Path) -> dict[str, Number]:
     return found | {name: Number(by[int(name[7:])], 1e-6 * abs(by[int(name[7:])]), "D w / l", ".6g") for name in PROBES}
 
 
-def _said(row: dict[str, Any]) -> str:
+def said(row: dict[str, Any]) -> str:
     own, best = row["finer"]
     return f"scene {row['number']}: {own[0]:.6g} above {best[0]:.6g}, on the finest {own[-1]:.6g} and {best[-1]:.6g}"

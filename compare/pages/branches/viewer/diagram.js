@@ -100,6 +100,12 @@ function names(svg, x, y) {
 }
 
 // Where the chosen point is in the diagram, and its numbers
+// What finer elements say of a number: its error, or that it does not settle
+function bar(p, name) {
+  if (p[name] === null) return "";
+  return p.numbers_settle ? ` ± ${p[name].toPrecision(1)}` : ` (not settled, ${p[name].toPrecision(1)})`;
+}
+
 function point() {
   const p = chart.data.points[chart.chosen], { key } = chart.data, ring = document.querySelector("#plot .chosen");
   if (ring) {
@@ -111,11 +117,12 @@ function point() {
   const rows = [
     ["branch", `${p.branch} of ${p.model}${about.image_of === null ? "" : `, mirror image of ${about.image_of}`}`],
     ["kind", p.what ? `${p.kind_text}: ${p.what}` : p.kind_text],
-    [key, `${Number(p.place.toPrecision(p.kind === "regular" ? 8 : 10))}${p.error === null ? "" : ` ± ${p.error.toPrecision(1)}`}${p.settles === false ? " (not settled)" : ""}`],
+    [key, `${Number(p.place.toPrecision(p.kind === "regular" ? 8 : 10))}${p.error ? ` ± ${p.error.toPrecision(1)}` : ""}${p.settles === false ? " (not settled)" : ""}`],
     ["unstable modes", `${p.unstable}${p.unstable ? "" : " (stable)"}`],
-    ["energy", `${Number(p.energy.toPrecision(8))} D w / l`],
+    ["energy", `${Number(p.energy.toPrecision(8))}${bar(p, "energy_error")} D w / l`],
     ["middle", `${told(p.middle)} l`],
     ["end", `${told(p.end)} l`],
+    ...(p.shape_error === null ? [] : [["centreline", `${bar(p, "shape_error")} l`]]),
   ];
   $("numbers").replaceChildren(...rows.flatMap(([name, text]) => [made("dt", null, { textContent: name }), made("dd", null, { textContent: text })]));
   document.body.dataset.chosen = chart.chosen;
