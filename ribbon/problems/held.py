@@ -21,6 +21,7 @@ from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity
 from ribbon.obstacle import Obstacle
 from ribbon.problems import mixed_kernels as kernels
+from ribbon.problems.alike import ring
 from ribbon.problems.arguments import Material
 from ribbon.problems.conditions import LinearRows, Rows, SeamRows, UnitRow, WallRows, imaginary_part
 from ribbon.problems.curved import motions
@@ -253,6 +254,27 @@ class Held:
             and not self.has_natural_curvature
         )
 
+    @cached_property
+    def spins(self) -> bool:
+        """Whether it is a round rod that nothing but itself touches and that may turn about the axis of both its ends,
+        and, as a ring, slide along itself, for nothing (`ribbon.problems.alike.ring`)."""
+        if not (self.round and self.apart) or self.walls or self.has_gravity or self.rubs or self.tip is not None:
+            return False
+        alike = self.strip.naturally_straight and ring.bends_alike(self.fields)
+        return alike and ring.coaxial(self.start, self.end, self.closure)
+
+    @property
+    def _turned(self) -> FloatArray:
+        """Quaternion (4,) of the start, or of what it is held at where nothing holds it."""
+        return np.asarray(self.reference) if self.start_quaternion is None else self.start_quaternion
+
+    def idle_rows(self, x: FloatArray) -> IntArray:
+        """Rows that hold nothing at x (n,) of what they are for, and are left out where stability is judged."""
+        where = self.block_slices().get("gauge_ring")
+        if where is None or not ring.idle(self.blocks()["gauge_ring"], self.layout, x, self._turned):
+            return np.empty(0, dtype=np.int64)
+        return np.array([where.start])
+
     @property
     def start_straight(self) -> bool:
         """Whether eta = 0 at s = 0, or the twist where it is free and its energy knows of clamped edges."""
@@ -358,6 +380,9 @@ class Held:
             if self.fields.in_plane:
                 ends = np.array([self.layout.sideways.start, self.layout.sideways.stop - 1])
                 found["seam_in_plane"] = LinearRows(pair, ends, np.zeros(1))
+        if self.spins:
+            where = np.asarray(self.origin if start is None else start)
+            found["gauge_ring"] = ring.gauge(self.layout, where, self._turned, self.joined)
         found.update(self._wall_blocks())
         if self.pairs:
             found["pairs"] = self._pair_rows()
