@@ -17,6 +17,7 @@ GROUPS = {
     "size": "few and many elements, strong grading, strong curl, great weight",
     "seeds": "random starts and random clamps: what comes back, and whether the tool says so",
     "contact": "walls from touching to crushing",
+    "touching": "strips that touch themselves, each other, edges and corners, and that rub",
     "infeasible": "scenes that cannot be, and how soon the tool says so",
     "shell": "the shell: thin, coiled, incompressible, snapping, coarse",
     "bands": "shells that nothing holds: bands joined after half turns, strips on a table",

@@ -137,6 +137,7 @@ def _searched(problem: Problem, seed: Seed, how: How) -> Equilibrium:
     best: Equilibrium | None = None
     shapes = iter(start.shapes(problem, seed, how.progress))
     for omega, eta in shapes:
+        _check.begins(problem, omega, eta, seed)
         state = search.from_shape(problem, omega, eta, how)
         if best is None or _rank(state) < _rank(best):
             best = state

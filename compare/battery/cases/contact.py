@@ -32,7 +32,7 @@ def _roof(height: float) -> Wall:
     return Wall((0.0, height, 0.0), (0.0, -1.0, 0.0))
 
 
-def _checks(equilibrium: Equilibrium, weight: float = 0.0) -> Iterator[Check]:
+def checks(equilibrium: Equilibrium, weight: float = 0.0) -> Iterator[Check]:
     """An equilibrium that stays on its walls' side, says how far it does, and whose supports carry its weight."""
     yield holds(
         "converged", equilibrium.status.code == "converged", f"{equilibrium.status.code}: {equilibrium.message}"
@@ -61,13 +61,13 @@ def _level(height: float, gamma: float, segments: int = 40) -> Equilibrium:
 def _on_table(rung: Rung) -> Iterator[Check]:
     """Level on a table at its own height: straight, its whole weight on the table but what the clamp carries."""
     found = _level(float(rung), 1e5)
-    yield from _checks(found, 1e5)
+    yield from checks(found, 1e5)
     if float(rung) <= 1e-12:
         yield near("energy", found.energy.total, -1e5 * float(rung), 1e-6)
 
 
 def _heavy(rung: Rung) -> Iterator[Check]:
-    yield from _checks(_level(0.1, float(rung)), float(rung))
+    yield from checks(_level(0.1, float(rung)), float(rung))
 
 
 def _between(floor: float, roof: float, segments: int, apart: float = 0.9) -> Equilibrium:
@@ -79,11 +79,11 @@ def _between(floor: float, roof: float, segments: int, apart: float = 0.9) -> Eq
 
 
 def _floor_below(rung: Rung) -> Iterator[Check]:
-    yield from _checks(_between(float(rung), 0.18, 36), 10.0)
+    yield from checks(_between(float(rung), 0.18, 36), 10.0)
 
 
 def _pressed(rung: Rung) -> Iterator[Check]:
-    yield from _checks(_between(1e-6, float(rung), 120), 10.0)
+    yield from checks(_between(1e-6, float(rung), 120), 10.0)
 
 
 def _ring(gap: float, sides: int, segments: int = 40) -> Equilibrium:
@@ -93,11 +93,11 @@ def _ring(gap: float, sides: int, segments: int = 40) -> Equilibrium:
 
 
 def _crushed(rung: Rung) -> Iterator[Check]:
-    yield from _checks(_ring(float(rung), 2))
+    yield from checks(_ring(float(rung), 2))
 
 
 def _boxed(rung: Rung) -> Iterator[Check]:
-    yield from _checks(_ring(float(rung), 4))
+    yield from checks(_ring(float(rung), 4))
 
 
 def _over(obstacle: Obstacle, gamma: float = 20.0, segments: int = 40) -> Equilibrium:
@@ -105,7 +105,7 @@ def _over(obstacle: Obstacle, gamma: float = 20.0, segments: int = 40) -> Equili
                  budget=BUDGET)  # fmt: skip
 
 
-def _moments(equilibrium: Equilibrium, gamma: float) -> Check:
+def moments(equilibrium: Equilibrium, gamma: float) -> Check:
     """About the origin: of the clamp there, the obstacles and the weight, whose centre is the centreline's."""
     assert equilibrium.start is not None
     nodes, weights = np.polynomial.legendre.leggauss(6)
@@ -122,8 +122,8 @@ def _moments(equilibrium: Equilibrium, gamma: float) -> Check:
 def _large(rung: Rung) -> Iterator[Check]:
     radius = float(rung)
     found = _over(Obstacle("cylinder", (0.0, -0.1 - radius, 0.0), radius, (1.0, 0.0, 0.0)))
-    yield from _checks(found, 20.0)
-    yield _moments(found, 20.0)
+    yield from checks(found, 20.0)
+    yield moments(found, 20.0)
     plane = solve(Strip(1.0, 0.1, 0.3, gamma=20.0), Clamp(), Gravity(UP), walls=[_floor(0.1)], segments=40)
     yield Check("energy from the plane's, times the radius", abs(found.energy.total - plane.energy.total) * radius, 4.0)
 
@@ -131,15 +131,15 @@ def _large(rung: Rung) -> Iterator[Check]:
 def _small(rung: Rung) -> Iterator[Check]:
     radius = float(rung)
     found = _over(Obstacle("cylinder", (0.0, -0.1 - radius, 0.6), radius, (1.0, 0.0, 0.0)))
-    yield from _checks(found, 20.0)
-    yield _moments(found, 20.0)
+    yield from checks(found, 20.0)
+    yield moments(found, 20.0)
 
 
 def _ball(rung: Rung) -> Iterator[Check]:
     """On a ball aside of the middle; beyond the edge by less than its radius it touches the edge."""
     found = _over(Obstacle("sphere", (0.05 * float(rung), -0.2, 0.6), 0.1))
-    yield from _checks(found, 20.0)
-    yield _moments(found, 20.0)
+    yield from checks(found, 20.0)
+    yield moments(found, 20.0)
 
 
 def _coil(rung: Rung) -> Iterator[Check]:
@@ -150,7 +150,7 @@ def _coil(rung: Rung) -> Iterator[Check]:
         Strip(1.0, 0.05, 0.3), Clamp((0.0, -radius, 0.0), normal=UP), walls=[tube], energy="sadowsky",
         segments=int(rung), seed_curvature=-1.0 / radius, formulation="mixed", budget=BUDGET,
     )  # fmt: skip
-    yield from _checks(found)
+    yield from checks(found)
     outwards = np.asarray(found.end.position) / radius
     touchdown = np.degrees(np.arcsin(abs(float(np.asarray(found.end.frame)[:, 2] @ outwards))))
     yield near("touchdown angle, degrees", float(touchdown), 24.117, 0.1)

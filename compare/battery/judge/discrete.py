@@ -51,12 +51,13 @@ class Linear:
 
 
 class Discrete:
-    """The problem at an equilibrium `found` (`ribbon.Equilibrium`, read as data) with the parameters q (p, 4).
+    """The problem at an equilibrium `found` (`ribbon.Equilibrium`, read as data) with the parameters q (p, 4); places:
+    abscissae (k,) that are stops too.
 
     ValueError where the equilibrium is of a kind that is not restated here (`unknown_kind` says which).
     """
 
-    def __init__(self, found: Any, q: FloatArray | None = None) -> None:
+    def __init__(self, found: Any, q: FloatArray | None = None, places: FloatArray | None = None) -> None:
         why = unknown_kind(found)
         if why:
             raise ValueError(why)
@@ -66,6 +67,7 @@ class Discrete:
         self.half_width = 0.5 * self.strip.width / self.strip.length
         self.q = np.asarray(found.parameters if q is None else q, dtype=float)
         self.lengths = np.asarray(self.problem.lengths, dtype=float)
+        self.more = np.empty(0) if places is None else np.asarray(places, dtype=float)
         points, frames = found.joints
         self.position, self.frame = points[0], frames[0]
         start = self.problem.start
@@ -98,9 +100,20 @@ class Discrete:
     @cached_property
     def stops(self) -> FloatArray:
         """Abscissae at which rows may stand: the joints, and contacts between them."""
-        touched = np.concatenate([np.asarray(w.contacts, dtype=float) for w in self.found.walls] or [np.empty(0)])
-        new = [s for s in touched if np.abs(self.joints - s).min() > 1e-9]
+        touched = np.concatenate([self.more, *(np.asarray(w.contacts, dtype=float) for w in self.found.walls)])
+        new: list[float] = []
+        for s in touched:
+            if np.abs(np.append(self.joints, new) - s).min() > 1e-9:
+                new.append(float(s))
         return np.sort(np.concatenate([self.joints, new]))
+
+    def by_place(self, s: float, v: float, force: FloatArray) -> FloatArray:
+        """Work (n,) of a force (3,) at the place v across (l) of the ruling at a stop s, by the unknowns."""
+        stop = int(np.argmin(np.abs(self.stops - s)))
+        unit, eta = np.eye(5), self._eta(stop)
+        by_eta = np.outer(force, v * unit[2])
+        c = np.outer(force, unit[3] + v * unit[0]) + eta * by_eta
+        return np.asarray(self._first([Row(stop, c, 0.0, by_eta=by_eta)])[0])
 
     @cached_property
     def _pieces(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -165,11 +178,12 @@ class Discrete:
             apart = self.states[last, :, 3] - self.position
             found += [Row(last, np.outer(axis, unit), float(axis @ apart), relative=True) for axis in self.frame.T]
             found += self._turned(last, self.frame @ seam, relative=True)
-        for wall in self.problem.walls:
+        for number, wall in enumerate(self.problem.walls):
             for stop in range(len(self.stops)):
                 middle = self.states[stop, :, 3]
                 ruling = self.states[stop, :, 0] + self._eta(stop) * self.states[stop, :, 2]
-                for side in self.half_width * np.array(lowest(wall, middle, self.half_width * ruling, length)):
+                across = (*lowest(wall, middle, self.half_width * ruling, length), *self._told(number, stop))
+                for side in self.half_width * np.array(across):
                     gaps, normals = facing(wall, (middle + side * ruling)[None, :], length)
                     gap, normal = float(gaps[0]), normals[0]
                     by_eta = np.outer(normal, side * np.eye(5)[2])
@@ -177,6 +191,15 @@ class Discrete:
                     if gap < TOUCHING:
                         found.append(Row(stop, c, gap, by_eta=by_eta, one_sided=True))
         return found
+
+    def _told(self, wall: int, stop: int) -> tuple[float, ...]:
+        """Where across (-1 to 1) an obstacle is told to push between the edges at a stop: a line of contact on a face
+        ends there, and no least gap tells."""
+        if len(self.found.walls) != len(self.problem.walls):
+            return ()
+        ends = np.asarray(self.found.walls[wall].ends, dtype=float).reshape(-1, 2)
+        own = ends[np.abs(ends[:, 0] - self.stops[stop]) < 1e-9, 1] / self.half_width
+        return tuple(float(side) for side in own if abs(side) < 1.0 - 1e-9)
 
     def _turned(self, stop: int, target: FloatArray, relative: bool) -> list[Row]:
         """Three rows: the skew part of target^T R."""

@@ -359,6 +359,9 @@ class RibbonModel(Model):
         try:
             yield
         except RibbonInputError as error:
+            if error.key == "seed_curvature":
+                given = scene.seed.curvature
+                raise BadInput("seed.curvature", None if given is None else list(given), error.remedy) from None
             raise BadInput("scene", scene.name, str(error)) from None
 
 

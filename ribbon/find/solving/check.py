@@ -10,8 +10,11 @@ from numpy.typing import NDArray
 
 from ribbon.contact import Barrier, Wall
 from ribbon.errors import RibbonInputError
-from ribbon.find.solving.request import Request
+from ribbon.find import relax
+from ribbon.find.solving.request import Request, Seed
+from ribbon.judge import nearness
 from ribbon.obstacle import Obstacle
+from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.solid import Face, Solid
 from ribbon.strip import check_known, known
@@ -19,6 +22,8 @@ from ribbonbench import statics
 
 #: Least distance (l) that parts of a strip are kept apart by: ten times what may be missed of it, and more.
 _LEAST_APART = 1e-4
+#: Part of the distance to be kept from which parts that begin nearer are through each other: nothing opens them again.
+_THROUGH = 0.5
 
 
 def numbers(request: Request) -> None:
@@ -135,3 +140,21 @@ def carried(problem: Problem) -> None:
     raise RibbonInputError(
         "gravity", problem.gravity.up, "the ribbon falls or slides for ever: hold a point of it, or put a wall below it"
     )
+
+
+def begins(problem: Problem, omega: NDArray[np.float64], eta: NDArray[np.float64], seed: Seed) -> None:
+    """A strip whose parts are kept apart and that begins through itself, with the places: of a shape that was given,
+    and of the one at rest where nothing but a clamp holds it (others are guesses, of which one may do)."""
+    if not isinstance(problem, MixedProblem) or not problem.apart:
+        return
+    if isinstance(seed.curvature, str) and (problem.end is not None or problem.closure is not None):
+        return
+    near = nearness.minima(problem, relax.placed(problem, omega, eta), -_THROUGH * problem.apart)
+    if near:
+        gap, pair = near[0]
+        raise RibbonInputError(
+            "seed_curvature", seed.curvature if isinstance(seed.curvature, str | float) else list(seed.curvature),
+            f"begins the strip through itself: its parts at s = {pair.s:.4g} l and s = {pair.s_other:.4g} l are "
+            f"{max(0.0, gap + problem.apart):.3g} l from each other and kept {problem.apart:.3g} l apart; "
+            "begin where they are clear of each other and come here by a path",
+        )  # fmt: skip

@@ -11,6 +11,7 @@ from ribbon.find import apart, contacts, nested, other_models, relax, snap, stre
 from ribbon.find.solving import saddle
 from ribbon.find.solving.request import How, Options, Progress
 from ribbon.find.solving.verdict import judged
+from ribbon.judge import penetration
 from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
@@ -20,6 +21,8 @@ from ribbon.solvers.problem import DENSE, KNOWN, RESIDUAL_TOLERANCE, FloatArray,
 
 #: Multipliers of rows and bounds, of a neighbouring problem of the same structure.
 Warm = tuple[FloatArray, FloatArray]
+#: Iterations of a minimiser beside a sharp edge before rounder ones are begun with.
+_SOON = 60
 
 
 def from_state(problem: Problem, x: FloatArray, how: How, warm: Warm | None = None) -> Equilibrium:
@@ -60,12 +63,24 @@ def once(problem: Problem, x: FloatArray, how: How, warm: Warm | None = None) ->
 
 
 def _sharpened(problem: MixedProblem, x: FloatArray, how: How) -> tuple[MixedProblem, Minimum | None]:
-    """Beside bodies whose edges are thin beside a segment: what is found from rounder ones; None: nothing."""
+    """Beside bodies whose edges are thin beside a segment: what is found soon without more, and else from rounder
+    ones; None: nothing."""
     ways = contacts.rounder(problem) if problem.formulation == "mixed" else []
     if not ways:
         return problem, None
+    soon = replace(how, options={"max_iter": _SOON, **(how.options or {})})
+    minimum = _minimum(problem, x, soon, None)
+    if minimum.residual <= RESIDUAL_TOLERANCE:
+        own, minimum = contacts.held(problem, minimum, soon.options, how.progress)
+        if minimum.residual <= RESIDUAL_TOLERANCE and _outside(own, minimum.x):
+            return own, minimum
     first = _minimum(ways[0], x, how, None)
     return contacts.sharpened([*ways, problem], first, how.options, how.progress) or (problem, None)
+
+
+def _outside(problem: MixedProblem, x: FloatArray) -> bool:
+    deepest = penetration.deepest(problem, x)
+    return deepest is None or deepest <= penetration.TOLERANCE
 
 
 def _minimum(problem: Problem, x: FloatArray, how: How, warm: Warm | None) -> Minimum:

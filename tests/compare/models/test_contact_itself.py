@@ -183,3 +183,11 @@ def test_a_round_rod_touches_itself_at_its_centreline():
     ]
     assert len(pushes[0]) == 2
     assert sum(pushes[1]) == pytest.approx(sum(pushes[0]), rel=2e-3)
+
+
+def test_a_seed_through_itself_is_refused_as_a_seed():
+    scene = loads(FOLD.partition("[clamp.end]")[0] + '[seed]\ncurvature = 14.0\n[model]\nenergy = "sadowsky"\n', "loop")
+    with pytest.raises(BadInput, match="through itself") as caught:
+        solve(scene)
+    assert caught.value.key == "seed.curvature"
+    assert solve(scene.replace({"seed.curvature": [4.0, 8.0]})).ok

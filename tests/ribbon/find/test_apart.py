@@ -92,3 +92,16 @@ def test_a_step_through_itself_is_no_equilibrium(states):
 def test_a_distance_that_is_none_is_refused(apart):
     with pytest.raises(RibbonInputError, match="apart"):
         build(STRIP, START, apart=apart)
+
+
+@pytest.mark.parametrize("curvature", [7.5, [6.0, 18.0, -3.0], "natural"])
+def test_a_start_through_itself_is_refused_with_the_place(curvature):
+    """An arc of more than a turn, a loop, and a rest shape that is one."""
+    strip = STRIP if curvature != "natural" else Strip(1.0, 0.05, thickness=THICK, natural_curvature=7.5)
+    with pytest.raises(RibbonInputError, match=r"through itself: its parts at s = 0\.\d+ l and s = ") as caught:
+        solve(strip, START, energy="sadowsky", segments=20, seed_curvature=curvature, apart=THICK)
+    assert caught.value.key == "seed_curvature"
+
+
+def test_a_start_that_winds_more_than_a_turn_clear_of_itself_is_none():
+    assert solve(STRIP, START, energy="sadowsky", segments=20, seed_curvature=[4.0, 14.0], apart=THICK).ok
