@@ -14,7 +14,6 @@ from dataclasses import replace
 from typing import Unpack
 
 import numpy as np
-import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from ribbon.boundary import Clamp, Closure
@@ -25,6 +24,7 @@ from ribbon.find.solve import on_segments, solve_request
 from ribbon.find.solving.assemble import assembled
 from ribbon.find.solving.request import How, Request, Seed, SolveKeywords, split
 from ribbon.find.stretched import is_stretched
+from ribbon.judge import polyline
 from ribbon.loads import Gravity
 from ribbon.notes import Note
 from ribbon.problems.chained import segment_lengths
@@ -255,14 +255,17 @@ def distance(one: Equilibrium, other: Equilibrium) -> float:
     lines = [_lines(one, s), _lines(other, s)]
     if sum(len(free) for free in one.problem.free_motions()) == 6:
         lines[0] = _moved_onto(lines[0], lines[1])
-    return max(
-        max(_to_polyline(a, b), _to_polyline(b, a)) for a, b in zip(lines[0], lines[1], strict=True)
-    )  # fmt: skip
+    found = 0.0
+    for a, b in zip(lines[0], lines[1], strict=True):
+        found = polyline.farthest(b, a, polyline.farthest(a, b, found))
+    return found
 
 
 def _lines(state: Equilibrium, s: FloatArray) -> list[FloatArray]:
     """Centreline and both edges (k, 3) at abscissae s (k,), the edges as the ends of the rulings."""
-    r, frame, eta = state.position(s), state.frame(s), state.eta(s)
+    r, frame, _, eta = state.continued(s)
+    if state.has_free_twist:  # sections are square to the centreline
+        eta = np.zeros_like(eta)
     ruling = frame[:, :, 0] + eta[:, None] * frame[:, :, 2]
     half = state.problem.half_width
     return [r, r + half * ruling, r - half * ruling]
@@ -274,15 +277,3 @@ def _moved_onto(lines: list[FloatArray], target: list[FloatArray]) -> list[Float
     u, _, v = np.linalg.svd((a - a.mean(axis=0)).T @ (b - b.mean(axis=0)))
     rotation = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))]) @ v
     return [(line - a.mean(axis=0)) @ rotation + b.mean(axis=0) for line in lines]
-
-
-def _to_polyline(points: FloatArray, line: FloatArray) -> float:
-    """Largest distance of `points` (k, 3) from the polyline `line` (m, 3), by the two pieces at the nearest vertex."""
-    _, nearest = scipy.spatial.cKDTree(line).query(points)
-    best = np.full(len(points), np.inf)
-    for shift in (-1, 0):
-        first = np.clip(nearest + shift, 0, len(line) - 2)
-        a, d = line[first], line[first + 1] - line[first]
-        t = np.clip(np.einsum("ij,ij->i", points - a, d) / np.maximum(np.einsum("ij,ij->i", d, d), 1e-300), 0.0, 1.0)
-        best = np.minimum(best, np.linalg.norm(points - a - t[:, None] * d, axis=1))
-    return float(best.max())
