@@ -141,8 +141,6 @@ class Beginning:
             begin = "stable"
         if begin == "checked" and not self.meshes:  # nothing to check by: the mesh is coarse enough for its own path
             start = None
-        if self.problem.twisted and begin != "given":  # its stability is not asked, so no other beginning is believed
-            return self.walk("path")
         none = "path" if start is None else PATH_AGAIN[begin == "given"]
         if self.folder is not None and (self.folder / "checkpoint.npz").exists():  # an interrupted walk goes on
             return self.walk(none)
@@ -235,12 +233,16 @@ class Beginning:
     def settled(self, start: ShellSurface | None) -> ShellResult | None:
         """The stable state where Newton's iteration from a surface settles without a kick; None: there is none."""
         result = self.solve(start, kick=False, accuracy=None)
-        if result.status is not ShellStatus.CONVERGED or result.stable is not True:
+        if result.status is not ShellStatus.CONVERGED or not self.stands(result):
             self.refuse(f"{result.status.value}: {result.message}")
             return None
         if self.options.accuracy is not None:
             result = self.solve(result.surface)
         return dataclasses.replace(result, options=self.options)
+
+    def stands(self, result: ShellResult) -> bool:
+        """Whether a state is stable; of a strip under a moment, whose stability is not asked, whether it may be."""
+        return result.stable is True or (self.problem.twisted and result.stable is None)
 
     def next_coarse(self) -> Coarse | None:
         """The end of the path on the next coarse mesh where there is one to believe; None: no mesh is left."""
@@ -254,7 +256,7 @@ class Beginning:
                 continue
             if any(step.method == "relax" for step in result.steps):
                 self.refuse(f"coarse path {problem.elements}: it left an unstable state")
-            elif result.status is not ShellStatus.CONVERGED or result.stable is not True:
+            elif result.status is not ShellStatus.CONVERGED or not self.stands(result):
                 self.refuse(f"coarse path {problem.elements}: {result.status.value}: {result.message}")
             else:
                 return Coarse(problem, result)

@@ -16,6 +16,7 @@ from shellref.shell.naghdi import NaghdiModel
 MOST_SHIFT = 1e12
 MOST_DESCENT = 120  # iterations of all kicks together
 HASTY = 0.3  # a larger step down from a state that is no equilibrium is tried again, shorter
+FALLING = 1.0  # the same of one that falls, where larger steps lead nowhere
 FALL = 100.0  # first shift for a strip that falls onto walls, D / (areal mass l^4)
 KICKS = (0.02, 0.05, 0.1, 0.2, 0.4)  # over the size of the surface
 #: Of a surface on walls these first: a fold that touches along one row of nodes is held there as by a hinge, and rests
@@ -146,10 +147,11 @@ def settled(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: flo
     equilibrium.model.set_control(stage.at(load))
     pressed = equilibrium.supports.floating is None  # what falls moves far, what is pressed gives way by little
     none = np.zeros_like(state)
-    attempt = _descend(equilibrium, state, none, FALL, stage, load, MOST_DESCENT, unstressed=True, gentle=pressed)
-    if attempt.converged:
-        return attempt
-    contact.restore(before)
+    for most in (HASTY,) if pressed else (None, FALLING):
+        attempt = _descend(equilibrium, state, none, FALL, stage, load, MOST_DESCENT, unstressed=True, most=most)
+        if attempt.converged:
+            return attempt
+        contact.restore(before)
     return None
 
 
@@ -170,10 +172,11 @@ def _descend(
     load: float,
     max_iterations: int,
     unstressed: bool = False,
-    gentle: bool = False,
+    most: float | None = None,
 ) -> Attempt:
     """Mixed Newton from state + kick (nodes, 6) with a falling positive shift; then plain mixed Newton. unstressed: the
-    iteration begins without the stress of its first state; gentle: a step larger than `HASTY` is tried again, shorter.
+    iteration begins without the stress of its first state; most: a step larger than that is tried again, shorter, with
+    what touched before it; None: one larger than `LARGEST_CORRECTION` is the end.
     """
     model = equilibrium.model
     kick = kick * np.array([equilibrium.length] * 3 + [1.0] * 3)
@@ -188,6 +191,7 @@ def _descend(
             bases = equilibrium.factor(state, stress, force, shift)
             if equilibrium.factors.inertia()[0] > 0:
                 raise petsc.FactorisationFailed("not positive definite")
+            before = None if equilibrium.contact is None else equilibrium.contact.snapshot()
             step, changed = equilibrium.correction(state, residual, np.zeros_like(state), bases)
         except petsc.FactorisationFailed:
             shift = max(4.0 * shift, scale)
@@ -195,9 +199,11 @@ def _descend(
                 break
             continue
         correction = equilibrium.largest(step)
-        if not correction < (HASTY if gentle else LARGEST_CORRECTION):
-            if not gentle or shift > MOST_SHIFT:
+        if not correction < (LARGEST_CORRECTION if most is None else most):
+            if most is None or shift > MOST_SHIFT:
                 return Attempt(False, state, stress, iteration, correction, None, load)
+            if equilibrium.contact is not None and before is not None:
+                equilibrium.contact.restore(before)  # what that step would have touched
             shift = max(4.0 * shift, scale)  # a smaller step down
             continue
         stress, state = model.stress(state, step), retract(state, step)

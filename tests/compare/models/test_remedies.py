@@ -39,7 +39,6 @@ CURVED = HELD.replace("poisson", "transverse_curvature = 10.0\npoisson")
 PULLED = HELD + "[tip]\nmoment = [0.0, 1e-3, 0.0]\n"
 SCENES = {
     "slide": HELD + END, "slide on a wall": HELD + END + FLOOR, "tape with weight": CURVED, "moment": PULLED,
-   
     "moment on a wall": PULLED + FLOOR,
     "tape": "tape_4_1", "rod": "rod_wrung", "twisted ring": "ring_twisted", "stem": "daisy_5g",
 }  # fmt: skip

@@ -290,3 +290,28 @@ def test_a_fold_under_a_roof_is_not_left_on_one_row_of_nodes(elements):
     assert len(touched) == 2
     exact = roman.line_contact(0.185, roman.DELTA, roman.GAMMA).force
     assert -float(found.walls[1]["force"][1]) == pytest.approx(exact, rel=5e-3)
+
+
+@pytest.mark.shell
+@pytest.mark.parametrize("curl", [2.0, 4.0])
+def test_an_arch_that_stands_on_its_ends_comes_to_rest(curl):
+    """Nothing holds it; on its own way down a step may throw it through the table, and is made shorter, with what
+    touched before it. The table carries the weight, where the pushes have no moment about the centre of mass."""
+    from shellref.path.begin import begun
+
+    up, gamma = (0.0, 0.0, 1.0), 23.4
+    problem = ShellProblem(
+        width=0.08, thickness=8e-4, poisson=0.3, natural_curvature=(curl, curl), gamma=gamma, up=up, clamp="free",
+        elements=(30, 2), walls=(Wall((0.0, 0.0, 0.0), up),),
+    )  # fmt: skip
+    result = begun(problem, ShellOptions(), lambda event: None).result
+    assert result.status.value == "converged", result.message
+    assert result.stable
+    (wall,) = result.walls
+    np.testing.assert_allclose(wall["force"], gamma * np.array(up), atol=1e-6)
+    s, weights = np.polynomial.legendre.leggauss(60)
+    v, across = np.polynomial.legendre.leggauss(4)
+    points = result.surface.grid(0.5 * (s + 1.0), 0.04 * v)
+    centre = np.einsum("k,m,kmi->i", 0.5 * weights, 0.5 * across, points)
+    moment = np.cross(wall["points"] - centre, np.outer(wall["pushes"], up)).sum(axis=0)
+    np.testing.assert_allclose(moment, 0.0, atol=1e-3)

@@ -178,10 +178,10 @@ def write(out: Path, found: Sequence[Mapping[str, Any]]) -> None:
         COMMAND,
         f"Of {len(found)} shipped scenes: {said}. A scene that leaves the thickness open has a shell of w/h = {THIN:g} "
         "(marked *; bands on a table 400). Distances and errors (Hausdorff) in l, energies in D w / l; a distance is "
-        "given where both models rest in one state. Stable unless said. A moment at the end (roll_up) has no potential, so that "
-        "the stability of its shell is not asked; it bends further than the rod, which bends with D w: its edges are "
-        "free to curl."
-        + "".join(f" Bent evenly, Lamb's section has {one['uniform']:.5g} D w / l." for one in found if "uniform" in one),
+        "given where both models rest in one state. Stable unless said. A moment at the end (roll_up) has no "
+        "potential, so that the stability of its shell is not asked; it bends further than the rod, which bends with "
+        "D w: its edges are free to curl."
+        + "".join(f" Bent evenly, Lamb's section has {x['uniform']:.5g} D w / l." for x in found if "uniform" in x),
         page.table(heads, [_cells(one) for one in solved]),
         "## What is no strip, refused, or in no one state, and why",
         "\n".join(
