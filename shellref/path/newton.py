@@ -185,7 +185,9 @@ class Equilibrium:
         translation, turn = self._inertia
         mass = np.stack([translation] * 3 + [turn] * 3, axis=1)
         heavy = mass * found
-        root = np.linalg.cholesky(np.tensordot(heavy, found, axes=([1, 2], [1, 2])))  # lower: N^T M N = root root^T
+        own = self.model.owned
+        within = np.tensordot(heavy[:, :own], found[:, :own], axes=([1, 2], [1, 2]))
+        root = np.linalg.cholesky(api.sum_over(self.model.comm, within))  # lower: N^T M N = root root^T
         moved = np.tensordot(np.linalg.inv(root), heavy, axes=1)
         return np.ascontiguousarray(np.stack([increments.reduce(field, bases) for field in moved], axis=1))
 

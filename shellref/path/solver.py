@@ -14,7 +14,7 @@ from ribbonbench import sources, system
 from shellref import law
 from shellref.contact import report as contact_report
 from shellref.holds import parts
-from shellref.shell.body import Control
+from shellref.shell.body import Control, Supports
 from shellref.shell.clamps import reactions
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
@@ -80,12 +80,26 @@ class Solver:
         tie = self.equilibrium.supports.tie
         if tie is not None:
             state = tie.placed(state)
-        supports = self.strip.supports_near(state, self.model.nodes)
+        supports = self._supports_near(state)
         if supports is not None:
             from shellref.path.newton import Equilibrium
 
             self.equilibrium = Equilibrium(self.model, self.options, supports)
         return state
+
+    def _supports_near(self, state: np.ndarray) -> Supports | None:
+        """What holds a strip that may move as a whole near a state (nodes, 6); on several processes found by each of
+        them for all nodes, and dealt out."""
+        model = self.model
+        if model.comm.size == 1:
+            return self.strip.supports_near(state, model.nodes)
+
+        def everywhere(state: np.ndarray) -> np.ndarray:
+            return model.on_grid(state).reshape(-1, 6)
+
+        whole = self.strip.supports_near(everywhere(state), model.grid.nodes)
+        tie = self.equilibrium.supports.tie
+        return None if whole is None else whole.dealt(model.grid.numbers(model.nodes), tie, everywhere)
 
     def run(self, start: ShellSurface | None = None, folder: str | os.PathLike[str] | None = None) -> ShellResult:
         """Walk the path, or settle from a surface at the full load."""
@@ -143,7 +157,6 @@ class Solver:
         absolute = float(np.sqrt(equilibrium.total_of(equilibrium.reduced_residual(state) ** 2)))
         floats = equilibrium.supports.motions  # of what nothing holds: reactions are no forces of supports
         held = np.where(self._clamped, residual, 0.0)
-        rests = bool(problem.walls)
         weight = model.external(state, control)
         scale = sum(float(np.sqrt(equilibrium.total(field**2))) for field in (weight, held))
         energies = model.energies(state)
@@ -183,7 +196,7 @@ class Solver:
             residual={
                 "absolute": absolute,
                 "relative": absolute / max(1.0, scale),
-                **({} if floats is None else sliding_force(floats(state), residual, problem.slides and rests)),
+                **({} if floats is None else self._sliding_force(floats(state), residual)),
             },
             newton_iterations=equilibrium.iterations,
             factorisations=equilibrium.factorisations,
@@ -225,6 +238,13 @@ class Solver:
             },
         )
 
+    def _sliding_force(self, motions: np.ndarray, residual: np.ndarray) -> dict[str, float]:
+        """{"sliding": dE/ds, D w / l^2}: the force with which the mesh resists that a band slides along itself, the
+        last of its motions (k, nodes, 6); nothing where that turns it. residual (nodes, 6)."""
+        problem = self.strip.problem
+        fewer = problem.slides and bool(problem.walls)  # rigid motions are free on walls
+        return {"sliding": self.equilibrium.total(motions[-1] * residual)} if len(motions) > 6 or fewer else {}
+
     @property
     def _clamped(self) -> np.ndarray:
         """(nodes, 6): what clamps hold, without what only keeps the strip from moving as a whole."""
@@ -253,12 +273,6 @@ class Solver:
                 force, moment = reactions(fields[0], fields[1], where, origin)
                 out[name] = {"force": force, "moment": moment}
         return out
-
-
-def sliding_force(motions: np.ndarray, residual: np.ndarray, on_walls: bool) -> dict[str, float]:
-    """{"sliding": dE/ds, D w / l^2}: the force with which the mesh resists that a band slides along itself, the last of
-    its motions (k, nodes, 6); nothing where that turns it. residual (nodes, 6); on_walls: fewer rigid ones are free."""
-    return {"sliding": float(np.sum(motions[-1] * residual))} if len(motions) > 6 or on_walls else {}
 
 
 def _factor(control: Control, problem: ShellProblem, arrived: bool) -> float:

@@ -5,7 +5,9 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -59,6 +61,22 @@ PROBLEMS |= {
     ),
     "moebius": ShellProblem(width=0.05, thickness=2.5e-3, poisson=0.3, half_turns=1, elements=(24, 2)),
 }  # fmt: skip
+#: Bands that nothing holds, or a point of their seam.
+LOOSE = {
+    "clamp": "free",
+    "gamma": 0.0,
+    "up": None,
+    "clamp_frame": np.eye(3).tolist(),
+    "clamp_position": (0.0, 0.0, 0.0),
+}
+POINT = {"holds": ("position", "all"), "sections": ("free", "undeformed")}
+PROBLEMS |= {
+    "loose ring": replace(PROBLEMS["ring"], **LOOSE),
+    "loose moebius": replace(PROBLEMS["moebius"], clamp="free", elements=(24, 4)),
+    "ring at a point": replace(PROBLEMS["ring"], **POINT),
+}
+#: Without stress nothing resists that it turns about its point: rounding says whether that is tried in vain.
+SWINGS = "ring at a point"
 OPTIONS = ShellOptions(switch=True)
 CODE = """
 import json, sys
@@ -70,7 +88,7 @@ from shellref.path.solve import solve
 folder = Path(sys.argv[1])
 for name, (problem, options) in json.loads((folder / "problems.json").read_text()).items():
     problem, options = ShellProblem.from_dict(problem), ShellOptions.from_dict(options)
-    if problem.half_turns:
+    if problem.half_turns is not None:
         result = begun(problem, options, lambda event: None, processes="world").result
     else:
         result = solve(problem, options, processes="world", folder=folder / "log")
@@ -81,7 +99,10 @@ for name, (problem, options) in json.loads((folder / "problems.json").read_text(
 
 
 #: Solved by one mpirun each. Held corners in two processes: `test_two_processes_find_the_same_numbers` too.
-TOGETHER = (("both clamps", "branch", "free", "ring", "moebius"), ("corners",))
+TOGETHER = (
+    ("both clamps", "branch", "free", "ring", "moebius", "loose ring", "loose moebius", "ring at a point"),
+    ("corners",),
+)
 
 
 @pytest.fixture(scope="module")
@@ -114,7 +135,7 @@ def parallel(tmp_path_factory):
 def test_two_processes_give_the_serial_result(name, parallel):
     folder = parallel(name)
     problem = PROBLEMS[name]
-    serial = begun(problem, OPTIONS, lambda event: None).result if problem.half_turns else solve(problem, OPTIONS)
+    serial = begun(problem, OPTIONS, lambda event: None).result if problem.closed else solve(problem, OPTIONS)
     data = json.loads((folder / "shell.json").read_text())
     surface = ShellSurface.load(folder / "shell.npz")
     assert data["provenance"]["processes"] == 2
@@ -128,8 +149,12 @@ def test_two_processes_give_the_serial_result(name, parallel):
     for where, clamp in serial.clamps.items():
         for kind, vector in clamp.items():
             np.testing.assert_allclose(data["clamps"][where][kind], vector, atol=1e-6)
-    steps = [(s["stage"], s["method"], s["accepted"], s["iterations"], s["negative"]) for s in data["steps"]]
-    assert steps == [(s.stage, s.method, s.accepted, s.iterations, s.negative) for s in serial.steps]
+    kinds = ["stage", "method", "accepted", "negative"]
+    if name != SWINGS:
+        kinds.append("iterations")
+    assert [[s[key] for key in kinds] for s in data["steps"]] == [
+        [getattr(s, key) for key in kinds] for s in serial.steps
+    ]
     np.testing.assert_allclose([s["load"] for s in data["steps"]], [s.load for s in serial.steps], atol=1e-8)
     with np.load(folder / "shell.npz") as stored:
         for key in ("cell_midpoints", "energy_density"):
@@ -169,18 +194,16 @@ except ValueError:
     assert done.stdout.count("refused") == processes
 
 
-FREE = {"clamp": "free", "gamma": 0.0, "up": None, "clamp_frame": np.eye(3).tolist(), "clamp_position": (0.0, 0.0, 0.0)}
-
-
-@pytest.mark.parametrize("change", [FREE, {"holds": ("position", "all"), "sections": ("free", "undeformed")}])
-def test_bands_that_are_not_held_as_a_whole_need_one_process(change, monkeypatch):
-    from dataclasses import replace
-    from types import SimpleNamespace
-
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [({"slide": ((0.0, 0.0, 1.0), None)}, "edges"), ({"transverse_curvature": 2.0}, "edges")],
+)
+def test_what_needs_one_process_says_so(change, why, monkeypatch):
     from shellref import ShellInputError
     from shellref.fenics import dolfinx_api
 
     monkeypatch.setattr(dolfinx_api, "communicator", lambda processes: SimpleNamespace(size=2, rank=0))
     with pytest.raises(ShellInputError) as caught:
-        solve(replace(PROBLEMS["ring"], **change), OPTIONS, processes="world")
+        solve(replace(PROBLEMS["branch"], **change), OPTIONS, processes="world")
     assert caught.value.key == "processes"
+    assert why in str(caught.value)
