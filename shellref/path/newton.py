@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 
 from shellref.contact.active import Contact
+from shellref.contact.everywhere import Everywhere
 from shellref.contact.sheet import Sheet
 from shellref.contact.touching import touching
 from shellref.contact.walls import Standing
@@ -108,6 +109,7 @@ class Equilibrium:
         self.unknowns = int(everywhere.sum())
         self._offset = int(everywhere[: model.comm.rank].sum())
         self.held = self.increments.held
+        self.everywhere = Everywhere(model)
         self.length = self._size()
         self.iterations = self.factorisations = 0
         self.last_bases, self.last_sway = Bases(np.zeros(0)), np.zeros(0)
@@ -138,22 +140,25 @@ class Equilibrium:
             if flat:  # a straight edge is before a plane where its corners are
                 across = self.model.nodes[edge.nodes, 1]
                 places[edge.nodes] = (across == across.min()) | (across == across.max())
-        bases = self._bases(self.model.reference)
+        where = self.everywhere
         own = self.unknowns - sum(edge.unknowns for edge in held.edges)
         floating = np.zeros_like(held.translations) if held.floating is None else held.floating
-        carries = not held.edges and not np.any(held.translations & ~floating)
+        held_some = float(np.any(held.translations & ~floating))
         model = self.model
-        sheet = Sheet(model.grid, model.grid.order(model.nodes))
+        carries = not held.edges and not api.max_over(model.comm, held_some)
+        sheet = Sheet(model.grid, model.grid.order(where.nodes))
         closed = held.tie is not None
-        rows = touching(path, sheet, model.nodes, places, model.body.thickness, self._projection(bases), closed)
-        return Contact(path, rows, self.model.comm, self.unknowns, own, len(places), self.model.nodal_areas, carries)
+        projection = self._projection(self._bases(model.reference))
+        rows = touching(path, sheet, where.nodes, where.mask(places), model.body.thickness, projection, closed)
+        areas = where.every(model.nodal_areas[:, None])[:, 0]
+        return Contact(path, rows, model.comm, own, where, areas, carries)
 
     def _projection(self, bases: Bases) -> Any:
-        """P (6 nodes, unknowns), scipy.sparse; one process."""
+        """P (6 N, unknowns) of all nodes, scipy.sparse."""
         from scipy.sparse import csr_matrix
 
-        indptr, indices, values = self.increments.projection(bases)
-        return csr_matrix((values, indices, indptr), shape=(len(indptr) - 1, self.unknowns))
+        indptr, indices, values = self.increments.projection(bases, self._offset)
+        return self.everywhere.rows(csr_matrix((values, indices, indptr), shape=(len(indptr) - 1, self.unknowns)))
 
     def standing(self) -> Standing:
         """Where what may be touched is at the model's control."""
@@ -169,7 +174,7 @@ class Equilibrium:
             return False
         controls = (stage.at(load), stage.at(attempt.load))
         one, other = (walls.at(control.move, int(control.leg)) for control in controls)
-        return self.contact.rows.passed(state, attempt.state, (one, other))
+        return self.contact.passed(state, attempt.state, (one, other))
 
     def moving_mass(self, state: np.ndarray) -> np.ndarray | None:
         """C (unknowns, k): M - C C^T is the mass of a shell that is free to move as `Supports.motions` says, on the
@@ -327,17 +332,17 @@ class Equilibrium:
         contact = self.contact
         if contact is None:
             return gap - self.back(right, bases), 0
-        before = contact.rows.gaps(state, self.standing(), contact.heights) + contact.rows.applied(gap)
+        before = contact.gaps(state, self.standing()) + contact.applied(gap)
         reduced, moved = contact.correct(-self.increments.reduce(right, bases), before)
         step = self.expand(reduced, bases)
-        ahead = before + contact.rows.applied(step) - moved[contact.rows.walls]
+        ahead = before + contact.applied(step) - moved[contact.rows.walls]
         return gap + step, contact.update(ahead)
 
     def stiff(self, step: np.ndarray) -> np.ndarray:
         """The tangent last assembled times nodal increments (nodes, 6) of what is held."""
         found = np.asarray(self.linear.stiff(step))
-        bend = None if self.contact is None else self.contact.curvature()
-        return found if bend is None else found - (bend @ step.ravel()).reshape(step.shape)
+        bent = None if self.contact is None else self.contact.bent(step)
+        return found if bent is None else found - bent
 
     def expand(self, reduced: np.ndarray, bases: Bases) -> np.ndarray:
         """P q on all local nodes, ghosts included (nodes, 6)."""
@@ -460,7 +465,7 @@ class Equilibrium:
             return step - self.back(force, bases)
         assert self.model.body.walls is not None
         moved = self.contact.rows.rates(self.model.body.walls.rate(int(self.model.control.leg)))
-        rates = rate.move * moved - self.contact.rows.applied(step)
+        rates = rate.move * moved - self.contact.applied(step)
         return step + self.expand(self.contact.solve(-self.increments.reduce(force, bases), rates), bases)
 
     def tangent_of(self, state: np.ndarray, stage: Stage, load: float) -> tuple[np.ndarray | None, int | None]:

@@ -41,8 +41,6 @@ def solve(
     report = progress if progress is not None and comm.rank == 0 else (lambda event: None)
     if ((problem.released and not problem.closed) or problem.transverse_curvature) and comm.size > 1:
         raise ShellInputError("processes", comm.size, "edges that slide, turn or deform need one process")
-    if problem.touches and comm.size > 1:
-        raise ShellInputError("processes", comm.size, "walls, obstacles and contact with itself need one process")
     if problem.half_turns and start is None:
         remedy = "a twisted band begins at a surface: use shellref.path.begin.begun, which finds one"
         raise ShellInputError("half_turns", problem.half_turns, remedy)

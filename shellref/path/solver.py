@@ -91,15 +91,11 @@ class Solver:
         """What holds a strip that may move as a whole near a state (nodes, 6); on several processes found by each of
         them for all nodes, and dealt out."""
         model = self.model
-        if model.comm.size == 1:
-            return self.strip.supports_near(state, model.nodes)
-
-        def everywhere(state: np.ndarray) -> np.ndarray:
-            return model.on_grid(state).reshape(-1, 6)
-
-        whole = self.strip.supports_near(everywhere(state), model.grid.nodes)
-        tie = self.equilibrium.supports.tie
-        return None if whole is None else whole.dealt(model.grid.numbers(model.nodes), tie, everywhere)
+        where = self.equilibrium.everywhere
+        whole = self.strip.supports_near(where.every(state), where.nodes)
+        if whole is None or where.alone:
+            return whole
+        return whole.dealt(model.grid.numbers(model.nodes), self.equilibrium.supports.tie, where.every)
 
     def run(self, start: ShellSurface | None = None, folder: str | os.PathLike[str] | None = None) -> ShellResult:
         """Walk the path, or settle from a surface at the full load."""
@@ -122,7 +118,8 @@ class Solver:
         elif start is not None:
             state = self.state_of(start)
         else:
-            state = self.strip.initial_state(self.model.nodes)
+            where = self.equilibrium.everywhere  # it may lie on a wall with its lowest node, whosever that is
+            state = where.own(self.strip.initial_state(where.nodes))
         state = self._held(state)
         walker = Walker(self.equilibrium, stages, self.options, self.report, self.observe, journal)
         if walk is None:
@@ -171,7 +168,7 @@ class Solver:
                 f"the stabilisation carries {energies.stabilisation / energies.elastic:.1%} of the elastic energy"
                 " (hourglass modes): use more elements, two or more across"
             )
-        crossed = None if equilibrium.contact is None else equilibrium.contact.rows.crossing(state)
+        crossed = None if equilibrium.contact is None else equilibrium.contact.crossing(state)
         if status not in bad and crossed is not None:
             status = ShellStatus.INVALID
             message = "it crosses itself at S = {:.4g} and {:.4g}: use smaller steps (max_step)".format(*crossed)
@@ -218,13 +215,11 @@ class Solver:
                 "share": energies.stabilisation / elastic if elastic > 0 else 0.0,
             },
             clamps=clamps,
-            walls=()
-            if touch is None
-            else tuple(contact_report.walls(touch, state, equilibrium.standing(), model.nodes, model.nodal_areas)),
+            walls=() if touch is None else tuple(contact_report.walls(touch, state, equilibrium.standing())),
             contact=None
             if touch is None
             else contact_report.contact(touch, state, equilibrium.standing(), surface, problem.thickness),
-            pairs=() if touch is None else tuple(contact_report.pairs(touch, model.nodes)),
+            pairs=() if touch is None else tuple(contact_report.pairs(touch)),
             cell_midpoints=api.gather_rows(model.comm, model.midpoints),
             energy_density=api.gather_rows(model.comm, energies.density),
             unknowns=equilibrium.unknowns,

@@ -142,7 +142,7 @@ class Walker:
     def _begin(self, walk: Walk, load: float, failure: str, stress: Stress | None = None) -> bool:
         """Newton from the walk's state at this load of its stage: its first point. False: the walk is stopped."""
         contact = self.equilibrium.contact
-        place = None if contact is None else contact.rows.crossing(walk.point.state)
+        place = None if contact is None else contact.crossing(walk.point.state)
         if place is not None:
             why = "the shape with which it begins crosses itself at S = {:.4g} and {:.4g}: begin with another one"
             walk.stop(ShellStatus.NOT_CONVERGED, why.format(*place))

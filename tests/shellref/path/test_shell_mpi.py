@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 
 from shellref import Pose, ShellOptions, ShellProblem, ShellSurface, Waypoint
+from shellref.contact.obstacles import Obstacle
+from shellref.contact.walls import Wall
 from tests.patience import PATIENCE
 
 pytest.importorskip("dolfinx")
@@ -25,6 +27,13 @@ from shellref.path.begin import begun  # noqa: E402
 from shellref.path.solve import solve  # noqa: E402
 
 FLAT = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))  # t_x = e_y, t_y = e_z, t_z = e_x
+
+
+def straight_on(distance):
+    """A clamp at a distance along the strip's own line, turned as its start."""
+    return Pose((0.0, 0.0, distance), tuple(map(tuple, np.eye(3).tolist())))
+
+
 PROBLEMS = {
     "corners": ShellProblem(
         width=0.1,
@@ -75,9 +84,34 @@ PROBLEMS |= {
     "loose moebius": replace(PROBLEMS["moebius"], clamp="free", elements=(24, 4)),
     "ring at a point": replace(PROBLEMS["ring"], **POINT),
 }
+UP = (0.0, 1.0, 0.0)
+UPRIGHT = ((-1.0, 0.0, 0.0), (0.0, 0.0, 1.0), UP)
+LOWER = Wall((0.0, -0.1, 0.0), UP)
+#: On a table, between a plate and one on a spring, over a bar, and on itself.
+PROBLEMS |= {
+    "table": ShellProblem(
+        width=0.1, thickness=2e-3, poisson=0.3, natural_curvature=(1.0, 1.0), gamma=5.0, up=UP, clamp="free",
+        walls=(LOWER,), elements=(12, 2),
+    ),
+    "plates": ShellProblem(
+        width=0.1, thickness=1e-3, poisson=0.0, clamp_frame=UPRIGHT, half_turns=0, start_curvature=-2.0 * np.pi,
+        elements=(32, 2), grading=(1.0, 1.0), walls=(LOWER, Wall((0.0, 0.1, 0.0), (0.0, -1.0, 0.0), 500.0)),
+        contact="faces",
+    ),
+    "bar": ShellProblem(
+        width=0.1, thickness=2e-3, poisson=0.0, gamma=20.0, up=UP, elements=(30, 2), grading=(1.0, 1.0),
+        obstacles=(Obstacle("cylinder", (0.0, -0.25, 0.6), 0.1, (1.0, 0.0, 0.0)),),
+    ),
+    "fold": ShellProblem(
+        width=0.02, thickness=2e-4, poisson=0.0, elements=(40, 1), grading=(1.0, 1.0), end=straight_on(0.15),
+        start_curvature=2.0, apart=0.02,
+        path=(Waypoint(natural=1.0, name="natural"), Waypoint(end=straight_on(0.5)), Waypoint(end=straight_on(0.25))),
+    ),
+}  # fmt: skip
 #: Without stress nothing resists that it turns about its point: rounding says whether that is tried in vain.
 SWINGS = "ring at a point"
 OPTIONS = ShellOptions(switch=True)
+TOUCHING = ShellOptions(stability=True)
 CODE = """
 import json, sys
 from pathlib import Path
@@ -101,8 +135,13 @@ for name, (problem, options) in json.loads((folder / "problems.json").read_text(
 #: Solved by one mpirun each. Held corners in two processes: `test_two_processes_find_the_same_numbers` too.
 TOGETHER = (
     ("both clamps", "branch", "free", "ring", "moebius", "loose ring", "loose moebius", "ring at a point"),
-    ("corners",),
+    ("table", "plates", "bar"),
+    ("corners", "fold"),
 )
+
+
+def options(name):
+    return TOUCHING if PROBLEMS[name].touches else OPTIONS
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +151,7 @@ def parallel(tmp_path_factory):
     @cache
     def made(names):
         folder = tmp_path_factory.mktemp("mpi")
-        requests = {name: (PROBLEMS[name].to_dict(), OPTIONS.to_dict()) for name in names}
+        requests = {name: (PROBLEMS[name].to_dict(), options(name).to_dict()) for name in names}
         (folder / "problems.json").write_text(json.dumps(requests))
         environment = {
             **os.environ,
@@ -130,12 +169,13 @@ def parallel(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    "name", [*TOGETHER[0], *(pytest.param(name, marks=pytest.mark.validate) for name in TOGETHER[1])]
+    "name", [*TOGETHER[0], *TOGETHER[1], *(pytest.param(name, marks=pytest.mark.validate) for name in TOGETHER[2])]
 )
 def test_two_processes_give_the_serial_result(name, parallel):
     folder = parallel(name)
     problem = PROBLEMS[name]
-    serial = begun(problem, OPTIONS, lambda event: None).result if problem.closed else solve(problem, OPTIONS)
+    chosen = options(name)
+    serial = begun(problem, chosen, lambda event: None).result if problem.closed else solve(problem, chosen)
     data = json.loads((folder / "shell.json").read_text())
     surface = ShellSurface.load(folder / "shell.npz")
     assert data["provenance"]["processes"] == 2
@@ -149,6 +189,7 @@ def test_two_processes_give_the_serial_result(name, parallel):
     for where, clamp in serial.clamps.items():
         for kind, vector in clamp.items():
             np.testing.assert_allclose(data["clamps"][where][kind], vector, atol=1e-6)
+    walls_are_alike(data, serial)
     kinds = ["stage", "method", "accepted", "negative"]
     if name != SWINGS:
         kinds.append("iterations")
@@ -162,6 +203,30 @@ def test_two_processes_give_the_serial_result(name, parallel):
             order = [np.lexsort(x["cell_midpoints"].T) for x in (stored, {"cell_midpoints": serial.cell_midpoints})]
             scale = max(1.0, np.max(np.abs(mine)))
             np.testing.assert_allclose(stored[key][order[0]], mine[order[1]], atol=1e-8 * scale)
+
+
+def walls_are_alike(data, serial):
+    """The same places push what is touched and each other, with the same forces."""
+    assert len(data["walls"]) == len(serial.walls)
+    for wall, own in zip(data["walls"], serial.walls, strict=True):
+        size = max(1.0, float(np.abs(own["force"]).max()))
+        for key in ("force", "moment"):
+            np.testing.assert_allclose(wall[key], own[key], atol=1e-9 * size)
+        assert (wall["height"] is None) == (own["height"] is None)
+        assert wall["gap"] == pytest.approx(own["gap"], abs=1e-10)
+        places = [np.array(x).reshape(-1, 2) for x in (wall["contacts"], own["contacts"])]
+        order = [np.lexsort(x.T.round(9)) for x in places]
+        assert len(places[0]) == len(places[1]) > 0
+        np.testing.assert_allclose(places[0][order[0]], places[1][order[1]], atol=1e-12)
+        pushes = [np.array(x)[k] for x, k in zip((wall["pushes"], own["pushes"]), order, strict=True)]
+        np.testing.assert_allclose(*pushes, atol=1e-8 * size)
+    assert len(data["pairs"]) == len(serial.pairs)
+    pairs = [
+        sorted((round(p["s"], 9), round(p["v"], 9), *p["force"]) for p in x) for x in (data["pairs"], serial.pairs)
+    ]
+    np.testing.assert_allclose(*pairs, atol=1e-6)
+    if serial.contact is not None:
+        assert max(data["contact"][key] for key in ("through", "pull", "product")) < 1e-9
 
 
 @pytest.mark.parametrize("processes", [2, 3])
