@@ -27,6 +27,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from shellref.contact.everywhere import Everywhere
 from shellref.contact.rows import HELD, independent, lengths
 from shellref.contact.saddle import Saddle
 from shellref.contact.touching import Touching
@@ -90,14 +91,14 @@ class Contact:
     """Rows of a shell with the active ones, their pushes (m,) in D w / l^2 and the ways (walls,) of plates in l."""
 
     def __init__(
-        self, path: WallPath, rows: Touching, comm: Any, unknowns: int, own: int, nodes: int, areas: np.ndarray,
-        carries: bool,
+        self, path: WallPath, rows: Touching, comm: Any, own: int, everywhere: Everywhere,
+        areas: np.ndarray, carries: bool,
     ):  # fmt: skip
-        """own: the first unknowns, each of a node of its own; areas (nodes,): of nodes; carries: nothing but walls
-        holds the strip along some of their normals."""
-        self.path, self._n, self._area = path, nodes, areas
-        self._own, self._carries = own, carries
-        self.saddle = Saddle(comm, unknowns)
+        """rows, areas (N,): of all nodes; own: the first unknowns, each of a node of its own; carries: nothing but
+        walls holds the strip along some of their normals. States and fields of nodes (n, 6) are a process's own."""
+        self.path, self._n, self.areas = path, len(everywhere.nodes), areas
+        self._own, self._carries, self.everywhere = own, carries, everywhere
+        self.saddle = Saddle(comm)
         self.springs = path.springs
         self._plates = np.flatnonzero(self.springs)
         m = len(rows)
@@ -112,11 +113,11 @@ class Contact:
 
     def _put(self, rows: Touching) -> None:
         self.rows = rows
-        self._areas, self._others = self._area[rows.nodes], other_faces(rows)
+        self._areas, self._others = self.areas[rows.nodes], other_faces(rows)
 
     def see(self, state: np.ndarray, standing: Standing) -> None:
         """Gradients, and of parts of the strip the places, at a state (n, 6): what pushed and is still there does."""
-        rows, before = self.rows.at(state, standing)
+        rows, before = self.rows.at(self.everywhere.every(state), standing)
         if rows is self.rows:
             return
         if before is None:
@@ -147,23 +148,49 @@ class Contact:
         self._may_soften = True
         if self._known:
             return
-        gaps = self.rows.gaps(state, standing, self.heights)
+        gaps = self.gaps(state, standing)
         self.active = gaps <= TOUCHES
         if self._carries and len(gaps):
             least = np.array([np.min(gaps[self.rows.walls == k], initial=np.inf) for k in range(len(self.springs))])
             nearest = gaps <= least[self.rows.walls] + LOWEST
             self.active |= nearest & (np.min(least) == least)[self.rows.walls] & (np.min(least) > TOUCHES)
-        self.active = self._one_face(self.active, gaps)
+        self.active = self.everywhere.agreed(self._one_face(self.active, gaps))
         self.pushes[:] = 0.0
         self._known = True
 
+    def gaps(self, state: np.ndarray, standing: Standing) -> np.ndarray:
+        """(m,) at a state (n, 6)."""
+        return self.rows.gaps(self.everywhere.every(state), standing, self.heights)
+
+    def applied(self, field: np.ndarray) -> np.ndarray:
+        """b . field (m,), of nodal increments (n, 6)."""
+        return self.rows.applied(self.everywhere.every(field))
+
+    def passed(self, before: np.ndarray, after: np.ndarray, standing: tuple[Standing, Standing]) -> bool:
+        """Whether from one state (n, 6) to the next the strip went through a body, or parts of it each other."""
+        every = self.everywhere.every
+        return bool(self.everywhere.agreed(self.rows.passed(every(before), every(after), standing)))
+
+    def crossing(self, state: np.ndarray) -> tuple[float, float] | None:
+        """S of both parts where a state (n, 6) crosses itself; None: it does not."""
+        found: tuple[float, float] | None = self.everywhere.agreed(self.rows.crossing(self.everywhere.every(state)))
+        return found
+
     def forces(self) -> np.ndarray:
         """(n, 6): what is exerted on the nodes."""
-        return self.rows.forces(self.pushes, self._n)
+        return self.everywhere.own(self.rows.forces(self.pushes, self._n))
 
     def curvature(self) -> Any:
-        """(6 n, 6 n) second derivatives of the gaps times the pushes, scipy.sparse; None: there are none."""
+        """(6 N, 6 N) second derivatives of the gaps times the pushes, scipy.sparse; None: there are none."""
         return self.rows.curvature(self.pushes, self._n)
+
+    def bent(self, step: np.ndarray) -> np.ndarray | None:
+        """`curvature` times nodal increments (n, 6); None: there are none."""
+        bend = self.curvature()
+        if bend is None:
+            return None
+        whole = self.everywhere.every(step)
+        return self.everywhere.own((bend @ whole.ravel()).reshape(whole.shape))
 
     @property
     def energy(self) -> float:
@@ -171,7 +198,7 @@ class Contact:
         return float(0.5 * np.sum(self.springs * self.heights**2))
 
     def factor(self, tangent: Any, projection: Any) -> None:
-        """Factorise the tangent (PETSc) on what keeps the active places on their walls; projection: P (6 n, unknowns).
+        """Factorise the tangent (PETSc) on what keeps the active places on their walls; projection: P (6 N, unknowns).
 
         Raises petsc_api.FactorisationFailed.
         """
@@ -217,6 +244,12 @@ class Contact:
 
     def update(self, gaps: np.ndarray) -> int:
         """The active set after a step that leads to these gaps (m,); how many places changed."""
+        changed = self._updated(gaps)
+        self.active, changed = self.everywhere.agreed((self.active, changed))
+        self.pushes[~self.active] = 0.0
+        return changed
+
+    def _updated(self, gaps: np.ndarray) -> int:
         size = max(1.0, float(np.max(np.abs(self.pushes), initial=0.0)))
         through = self._deepest(~self.active & (gaps < -THROUGH), gaps)
         pulls = self.active & (self.pushes < -PULLS * size)
@@ -285,7 +318,7 @@ class Contact:
 
     def judged(self, state: np.ndarray, standing: Standing) -> Judged:
         """How well a state (n, 6) with the present pushes fulfils the conditions, at every place."""
-        gaps = self.rows.gaps(state, standing, self.heights)
+        gaps = self.gaps(state, standing)
         most = float(np.max(self.pushes, initial=0.0))
         size = max(most, 1e-300)
         return Judged(

@@ -64,17 +64,15 @@ def sampled(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
     return surface.grid(s, v).reshape(-1, 3), surface.director(s[:, None], v[None, :]).reshape(-1, 3)
 
 
-def walls(
-    contact: Contact, state: np.ndarray, standing: Standing, nodes: np.ndarray, areas: np.ndarray
-) -> Iterator[dict[str, Any]]:
-    """Of each wall, then of each body, what `ShellResult.walls` says; state (n, 6), nodes (n, 2) in material
-    coordinates, areas (n,) of the nodes over the width.
+def walls(contact: Contact, state: np.ndarray, standing: Standing) -> Iterator[dict[str, Any]]:
+    """Of each wall, then of each body, what `ShellResult.walls` says; state (n, 6) of the process's nodes.
 
     The moment is exact for the discrete balance: a face's push acts at the face.
     """
     contact.see(state, standing)
     rows, pushes, path = contact.rows, contact.pushes, contact.path
-    gaps, points, normals = rows.gaps(state, standing, contact.heights), rows.points(state), rows.normals
+    nodes, areas, everywhere = contact.everywhere.nodes, contact.areas, contact.everywhere.every(state)
+    gaps, points, normals = rows.gaps(everywhere, standing, contact.heights), rows.points(everywhere), rows.normals
     stiffness = (*path.stiffness, *(None,) * len(path.bodies))
     for k, spring in enumerate(stiffness):
         own = rows.walls == k
@@ -97,11 +95,10 @@ def walls(
         }
 
 
-def pairs(contact: Contact, nodes: np.ndarray) -> list[dict[str, Any]]:
-    """Where parts of the strip push each other, at the state last seen, what `ShellResult.pairs` says; nodes (n, 2) in
-    material coordinates."""
+def pairs(contact: Contact) -> list[dict[str, Any]]:
+    """Where parts of the strip push each other, at the state last seen, what `ShellResult.pairs` says."""
     found = []
-    first = 0
+    first, nodes = 0, contact.everywhere.nodes
     for block in contact.rows.blocks:
         here = slice(first, first + len(block.nodes))
         first += len(block.nodes)
@@ -120,7 +117,7 @@ def pairs(contact: Contact, nodes: np.ndarray) -> list[dict[str, Any]]:
 
 def _too_near(contact: Contact, state: np.ndarray, surface: Surface) -> float:
     """By how much (l) parts of the strip are nearer than they may be, between its nodes too, at the state last seen."""
-    least = 0.0
+    least, state = 0.0, contact.everywhere.every(state)
     for block in contact.rows.blocks:
         if isinstance(block, PairRows):
             s, v = material(surface)

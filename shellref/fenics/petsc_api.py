@@ -232,21 +232,28 @@ class _Scaled(_Inverse):
     def __init__(self, factor: SymmetricFactor, mass: np.ndarray, less: np.ndarray | None):
         super().__init__(factor)
         self._root = np.sqrt(mass)
-        less = np.zeros((len(mass), 0)) if less is None else less
-        self._left, size, _ = np.linalg.svd(less / self._root[:, None], full_matrices=False)
-        self._rest = np.sqrt((1.0 - size) * (1.0 + size))  # > 0 where the difference is positive definite
+        self._left: np.ndarray | None = None
+        if less is not None:
+            self._comm = factor.matrix.comm.tompi4py()
+            rows = self._comm.allgather(less / self._root[:, None])  # few columns: every process has them all
+            left, size, _ = np.linalg.svd(np.concatenate(rows), full_matrices=False)
+            first = sum(len(one) for one in rows[: self._comm.rank])
+            self._left = left[first : first + len(less)]
+            self._rest = np.sqrt((1.0 - size) * (1.0 + size))  # > 0 where the difference is positive definite
 
     def applied(self, x: np.ndarray) -> np.ndarray:
-        scaled = self._factor.solve(self._root * self._by(x, self._rest - 1.0))
-        return self._by(self._root * scaled, self._rest - 1.0)
+        scaled = self._factor.solve(self._root * self._by(x))
+        return self._by(self._root * scaled)
 
     def unscaled(self, vectors: np.ndarray) -> np.ndarray:
         """S^-T of unit vectors (k, local rows)."""
-        return np.array([self._by(x, 1.0 / self._rest - 1.0) for x in vectors]).reshape(vectors.shape) / self._root
+        return np.array([self._by(x, -1) for x in vectors]).reshape(vectors.shape) / self._root
 
-    def _by(self, x: np.ndarray, factors: np.ndarray) -> np.ndarray:
-        """(I + U diag(factors) U^T) x."""
-        return x if not self._left.size else x + self._left @ (factors * (self._left.T @ x))
+    def _by(self, x: np.ndarray, power: int = 1) -> np.ndarray:
+        """(I - U diag(1 - (1 - q^2)^1/2) U^T)^power x, power 1 or -1."""
+        if self._left is None:
+            return x
+        return np.asarray(x + self._left @ ((self._rest**power - 1.0) * self._comm.allreduce(self._left.T @ x)))
 
 
 class _Softening(_Inverse):
@@ -302,8 +309,8 @@ def lowest_pairs(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Eigenpairs of K x = lambda M x nearest to zero on one side: lambdas (k,) ascending, vectors (k, local rows).
 
-    K is the matrix last factored, M = diag(mass) - less less^T > 0 (owned part; less (rows, few), None: nothing, on one
-    process only); vectors have x^T M x = 1. Krylov-Schur on S^T K^-1 S, S S^T = M. end: "negative" (unstable modes; all
+    K is the matrix last factored, M = diag(mass) - less less^T > 0 (owned part; less (rows, few), None:
+    nothing); vectors have x^T M x = 1. Krylov-Schur on S^T K^-1 S, S S^T = M. end: "negative" (unstable modes; all
     of them when count = their number) or "positive". There are never more pairs than eigenvalues of that sign, and none
     if the iteration does not converge or K is singular.
     """

@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 
 from shellref.contact.active import Contact
+from shellref.contact.everywhere import Everywhere
 from shellref.contact.sheet import Sheet
 from shellref.contact.touching import touching
 from shellref.contact.walls import Standing
@@ -109,6 +110,7 @@ class Equilibrium:
         self.unknowns = int(everywhere.sum())
         self._offset = int(everywhere[: model.comm.rank].sum())
         self.held = self.increments.held
+        self.everywhere = Everywhere(model)
         self.length = self._size()
         self.iterations = self.factorisations = 0
         self.last_bases, self.last_sway = Bases(np.zeros(0)), np.zeros(0)
@@ -141,22 +143,25 @@ class Equilibrium:
             if flat:  # a straight edge is before a plane where its corners are
                 across = self.model.nodes[edge.nodes, 1]
                 places[edge.nodes] = (across == across.min()) | (across == across.max())
-        bases = self._bases(self.model.reference)
+        where = self.everywhere
         own = self.unknowns - sum(edge.unknowns for edge in held.edges)
         floating = np.zeros_like(held.translations) if held.floating is None else held.floating
-        carries = not held.edges and not np.any(held.translations & ~floating)
+        held_some = float(np.any(held.translations & ~floating))
         model = self.model
-        sheet = Sheet(model.grid, model.grid.order(model.nodes))
+        carries = not held.edges and not api.max_over(model.comm, held_some)
+        sheet = Sheet(model.grid, model.grid.order(where.nodes))
         closed = held.tie is not None
-        rows = touching(path, sheet, model.nodes, places, model.body.thickness, self._projection(bases), closed)
-        return Contact(path, rows, self.model.comm, self.unknowns, own, len(places), self.model.nodal_areas, carries)
+        projection = self._projection(self._bases(model.reference))
+        rows = touching(path, sheet, where.nodes, where.mask(places), model.body.thickness, projection, closed)
+        areas = where.every(model.nodal_areas[:, None])[:, 0]
+        return Contact(path, rows, model.comm, own, where, areas, carries)
 
     def _projection(self, bases: Bases) -> Any:
-        """P (6 nodes, unknowns), scipy.sparse; one process."""
+        """P (6 N, unknowns) of all nodes, scipy.sparse."""
         from scipy.sparse import csr_matrix
 
-        indptr, indices, values = self.increments.projection(bases)
-        return csr_matrix((values, indices, indptr), shape=(len(indptr) - 1, self.unknowns))
+        indptr, indices, values = self.increments.projection(bases, self._offset)
+        return self.everywhere.rows(csr_matrix((values, indices, indptr), shape=(len(indptr) - 1, self.unknowns)))
 
     def standing(self) -> Standing:
         """Where what may be touched is at the model's control."""
@@ -172,7 +177,7 @@ class Equilibrium:
             return False
         controls = (stage.at(load), stage.at(attempt.load))
         one, other = (walls.at(control.move, int(control.leg)) for control in controls)
-        return self.contact.rows.passed(state, attempt.state, (one, other))
+        return self.contact.passed(state, attempt.state, (one, other))
 
     def moving_mass(self, state: np.ndarray) -> np.ndarray | None:
         """C (unknowns, k): M - C C^T is the mass of a shell that is free to move as `Supports.motions` says, on the
@@ -188,7 +193,9 @@ class Equilibrium:
         translation, turn = self._inertia
         mass = np.stack([translation] * 3 + [turn] * 3, axis=1)
         heavy = mass * found
-        root = np.linalg.cholesky(np.tensordot(heavy, found, axes=([1, 2], [1, 2])))  # lower: N^T M N = root root^T
+        own = self.model.owned
+        within = np.tensordot(heavy[:, :own], found[:, :own], axes=([1, 2], [1, 2]))
+        root = np.linalg.cholesky(api.sum_over(self.model.comm, within))  # lower: N^T M N = root root^T
         moved = np.tensordot(np.linalg.inv(root), heavy, axes=1)
         return np.ascontiguousarray(np.stack([increments.reduce(field, bases) for field in moved], axis=1))
 
@@ -344,10 +351,10 @@ class Equilibrium:
         contact = self.contact
         if contact is None:
             return gap - self.back(right, bases), 0
-        before = contact.rows.gaps(state, self.standing(), contact.heights) + contact.rows.applied(gap)
+        before = contact.gaps(state, self.standing()) + contact.applied(gap)
         reduced, moved = contact.correct(-self.increments.reduce(right, bases), before)
         step = self.expand(reduced, bases)
-        ahead = before + contact.rows.applied(step) - moved[contact.rows.walls]
+        ahead = before + contact.applied(step) - moved[contact.rows.walls]
         return gap + step, contact.update(ahead)
 
     def stiff(self, step: np.ndarray) -> np.ndarray:
@@ -356,8 +363,8 @@ class Equilibrium:
         if self._turned is not None and self.model.moment is not None:
             state, load = self._turned
             found = found - load * self.model.moment.stiff(state, step)
-        bend = None if self.contact is None else self.contact.curvature()
-        return found if bend is None else found - (bend @ step.ravel()).reshape(step.shape)
+        bent = None if self.contact is None else self.contact.bent(step)
+        return found if bent is None else found - bent
 
     def expand(self, reduced: np.ndarray, bases: Bases) -> np.ndarray:
         """P q on all local nodes, ghosts included (nodes, 6)."""
@@ -480,7 +487,7 @@ class Equilibrium:
             return step - self.back(force, bases)
         assert self.model.body.walls is not None
         moved = self.contact.rows.rates(self.model.body.walls.rate(int(self.model.control.leg)))
-        rates = rate.move * moved - self.contact.rows.applied(step)
+        rates = rate.move * moved - self.contact.applied(step)
         return step + self.expand(self.contact.solve(-self.increments.reduce(force, bases), rates), bases)
 
     def tangent_of(self, state: np.ndarray, stage: Stage, load: float) -> tuple[np.ndarray | None, int | None]:

@@ -39,15 +39,10 @@ def solve(
     imported = time.perf_counter()
     comm = api.communicator(processes)
     report = progress if progress is not None and comm.rank == 0 else (lambda event: None)
-    if (problem.released or problem.transverse_curvature) and comm.size > 1:
+    if ((problem.released and not problem.closed) or problem.transverse_curvature) and comm.size > 1:
         raise ShellInputError("processes", comm.size, "edges that slide, turn or deform need one process")
-    if problem.closed and comm.size > 1 and (problem.clamp == "free" or problem.partly_held):
-        remedy = "a closed strip needs one process where its seam is not held as a whole"
-        raise ShellInputError("processes", comm.size, remedy)
     if problem.twisted and comm.size > 1:
         raise ShellInputError("processes", comm.size, "a moment at the end needs one process")
-    if problem.touches and comm.size > 1:
-        raise ShellInputError("processes", comm.size, "walls, obstacles and contact with itself need one process")
     if problem.half_turns and start is None:
         remedy = "a twisted band begins at a surface: use shellref.path.begin.begun, which finds one"
         raise ShellInputError("half_turns", problem.half_turns, remedy)

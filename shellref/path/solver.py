@@ -14,7 +14,7 @@ from ribbonbench import sources, system
 from shellref import law
 from shellref.contact import report as contact_report
 from shellref.holds import parts
-from shellref.shell.body import Control
+from shellref.shell.body import Control, Supports
 from shellref.shell.clamps import reactions
 from shellref.shell.options import ShellOptions
 from shellref.shell.problem import ShellProblem
@@ -80,12 +80,22 @@ class Solver:
         tie = self.equilibrium.supports.tie
         if tie is not None:
             state = tie.placed(state)
-        supports = self.strip.supports_near(state, self.model.nodes)
+        supports = self._supports_near(state)
         if supports is not None:
             from shellref.path.newton import Equilibrium
 
             self.equilibrium = Equilibrium(self.model, self.options, supports)
         return state
+
+    def _supports_near(self, state: np.ndarray) -> Supports | None:
+        """What holds a strip that may move as a whole near a state (nodes, 6); on several processes found by each of
+        them for all nodes, and dealt out."""
+        model = self.model
+        where = self.equilibrium.everywhere
+        whole = self.strip.supports_near(where.every(state), where.nodes)
+        if whole is None or where.alone:
+            return whole
+        return whole.dealt(model.grid.numbers(model.nodes), self.equilibrium.supports.tie, where.every)
 
     def run(self, start: ShellSurface | None = None, folder: str | os.PathLike[str] | None = None) -> ShellResult:
         """Walk the path, or settle from a surface at the full load."""
@@ -108,7 +118,8 @@ class Solver:
         elif start is not None:
             state = self.state_of(start)
         else:
-            state = self.strip.initial_state(self.model.nodes)
+            where = self.equilibrium.everywhere  # it may lie on a wall with its lowest node, whosever that is
+            state = where.own(self.strip.initial_state(where.nodes))
         state = self._held(state)
         walker = Walker(self.equilibrium, stages, self.options, self.report, self.observe, journal)
         if walk is None:
@@ -143,7 +154,6 @@ class Solver:
         absolute = float(np.sqrt(equilibrium.total_of(equilibrium.reduced_residual(state) ** 2)))
         floats = equilibrium.supports.motions  # of what nothing holds: reactions are no forces of supports
         held = np.where(self._clamped, residual, 0.0)
-        rests = bool(problem.walls)
         weight = model.external(state, control)
         scale = sum(float(np.sqrt(equilibrium.total(field**2))) for field in (weight, held))
         energies = model.energies(state)
@@ -158,7 +168,7 @@ class Solver:
                 f"the stabilisation carries {energies.stabilisation / energies.elastic:.1%} of the elastic energy"
                 " (hourglass modes): use more elements, two or more across"
             )
-        crossed = None if equilibrium.contact is None else equilibrium.contact.rows.crossing(state)
+        crossed = None if equilibrium.contact is None else equilibrium.contact.crossing(state)
         if status not in bad and crossed is not None:
             status = ShellStatus.INVALID
             message = "it crosses itself at S = {:.4g} and {:.4g}: use smaller steps (max_step)".format(*crossed)
@@ -183,7 +193,7 @@ class Solver:
             residual={
                 "absolute": absolute,
                 "relative": absolute / max(1.0, scale),
-                **({} if floats is None else sliding_force(floats(state), residual, problem.slides and rests)),
+                **({} if floats is None else self._sliding_force(floats(state), residual)),
             },
             newton_iterations=equilibrium.iterations,
             factorisations=equilibrium.factorisations,
@@ -205,13 +215,11 @@ class Solver:
                 "share": energies.stabilisation / elastic if elastic > 0 else 0.0,
             },
             clamps=clamps,
-            walls=()
-            if touch is None
-            else tuple(contact_report.walls(touch, state, equilibrium.standing(), model.nodes, model.nodal_areas)),
+            walls=() if touch is None else tuple(contact_report.walls(touch, state, equilibrium.standing())),
             contact=None
             if touch is None
             else contact_report.contact(touch, state, equilibrium.standing(), surface, problem.thickness),
-            pairs=() if touch is None else tuple(contact_report.pairs(touch, model.nodes)),
+            pairs=() if touch is None else tuple(contact_report.pairs(touch)),
             cell_midpoints=api.gather_rows(model.comm, model.midpoints),
             energy_density=api.gather_rows(model.comm, energies.density),
             unknowns=equilibrium.unknowns,
@@ -224,6 +232,13 @@ class Solver:
                 "threads": os.environ.get("OMP_NUM_THREADS", "default"),
             },
         )
+
+    def _sliding_force(self, motions: np.ndarray, residual: np.ndarray) -> dict[str, float]:
+        """{"sliding": dE/ds, D w / l^2}: the force with which the mesh resists that a band slides along itself, the
+        last of its motions (k, nodes, 6); nothing where that turns it. residual (nodes, 6)."""
+        problem = self.strip.problem
+        fewer = problem.slides and bool(problem.walls)  # rigid motions are free on walls
+        return {"sliding": self.equilibrium.total(motions[-1] * residual)} if len(motions) > 6 or fewer else {}
 
     @property
     def _clamped(self) -> np.ndarray:
@@ -253,12 +268,6 @@ class Solver:
                 force, moment = reactions(fields[0], fields[1], where, origin)
                 out[name] = {"force": force, "moment": moment}
         return out
-
-
-def sliding_force(motions: np.ndarray, residual: np.ndarray, on_walls: bool) -> dict[str, float]:
-    """{"sliding": dE/ds, D w / l^2}: the force with which the mesh resists that a band slides along itself, the last of
-    its motions (k, nodes, 6); nothing where that turns it. residual (nodes, 6); on_walls: fewer rigid ones are free."""
-    return {"sliding": float(np.sum(motions[-1] * residual))} if len(motions) > 6 or on_walls else {}
 
 
 def _factor(control: Control, problem: ShellProblem, arrived: bool) -> float:

@@ -15,6 +15,7 @@ from shellref.shell.naghdi import NaghdiModel
 
 MOST_SHIFT = 1e12
 MOST_DESCENT = 120  # iterations of all kicks together
+EQUAL = 1e-6  # part of the largest entry within which others are as large
 HASTY = 0.3  # a larger step down from a state that is no equilibrium is tried again, shorter
 FALLING = 1.0  # the same of one that falls, where larger steps lead nowhere
 FALL = 100.0  # first shift for a strip that falls onto walls, D / (areal mass l^4)
@@ -61,7 +62,7 @@ def lowest_mode(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load:
     field = equilibrium.expand(vectors[0], equilibrium.last_bases)
     size = equilibrium.largest(field)
     bound = petsc.rounding(equilibrium.matrix, vectors[0])
-    return Mode(float(values[0]), field / size * _sign(field), bound), negative
+    return Mode(float(values[0]), field / size * _sign(equilibrium.model, field), bound), negative
 
 
 def _shifted(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: float) -> tuple[np.ndarray, np.ndarray]:
@@ -100,9 +101,12 @@ def hourglass_hint(model: NaghdiModel, state: np.ndarray, c: float) -> str:
     )
 
 
-def _sign(field: np.ndarray) -> float:
-    """The same sign on every run: the largest entry of a serial field is positive."""
-    return 1.0 if field.flat[int(np.argmax(np.abs(field)))] > 0 else -1.0
+def _sign(model: NaghdiModel, field: np.ndarray) -> float:
+    """The same sign on every run and every process: the largest entry is positive, the first on the grid of those that
+    are as large but for rounding (mirrored ones may differ in sign)."""
+    whole = model.on_grid(field)
+    size = np.abs(whole)
+    return 1.0 if whole.flat[int(np.argmax(size > (1.0 - EQUAL) * size.max()))] > 0 else -1.0
 
 
 def leave_saddle(

@@ -129,7 +129,8 @@ class Walker:
         # the membrane stress of an interpolated thin shell is wrong by far: the mixed iteration begins with none
         stress = self.model.no_stress() if self.options.iteration == "mixed" else None
         load, supports = 1.0 if self.stages else 0.0, self.equilibrium.supports
-        if stress is not None and any(isinstance(edge, (FreeEdge, PivotEdge)) for edge in supports.edges):
+        swings = supports.swings or any(isinstance(edge, (FreeEdge, PivotEdge)) for edge in supports.edges)
+        if stress is not None and swings:
             # without stress nothing resists that it swings about its point: that of the state, where the other fails
             attempt = self.equilibrium.solve(walk.point.state, stress, self._stage(walk), load)
             stress = attempt.stress if attempt.converged else None
@@ -141,7 +142,7 @@ class Walker:
     def _begin(self, walk: Walk, load: float, failure: str, stress: Stress | None = None) -> bool:
         """Newton from the walk's state at this load of its stage: its first point. False: the walk is stopped."""
         contact = self.equilibrium.contact
-        place = None if contact is None else contact.rows.crossing(walk.point.state)
+        place = None if contact is None else contact.crossing(walk.point.state)
         if place is not None:
             why = "the shape with which it begins crosses itself at S = {:.4g} and {:.4g}: begin with another one"
             walk.stop(ShellStatus.NOT_CONVERGED, why.format(*place))

@@ -8,7 +8,9 @@ left is a complement of it, and the tangent there has the inertia of the whole o
 eq. (7.23)). The reactions vanish, as the energy does not change along N.
 
 Which components: the pivots of a QR factorisation with column exchange of N^T (Businger & Golub 1965,
-doi:10.1007/BF01436084), those by which the motions are told best.
+doi:10.1007/BF01436084), those by which the motions are told best. Where symmetry makes several as good (a ring) the
+first on the grid is taken, by weights that fall a little along it (`FIRST`): rounding, and how many processes there
+are, choose nothing.
 
 A mesh is not uniform to a particle that slides through it: between one element and the next the energy changes by its
 discretisation error. The reaction at the seventh component is that, and nothing of the band's; moved by one whole
@@ -24,6 +26,8 @@ from shellref.kernels import lagrange
 #: Part of the way of a band slid by one element that no rigid motion makes (2-norms over the nodes), from which sliding
 #: is a motion of its own: shapes that are interpolated from other meshes are circles to less.
 OWN = 0.03
+#: By how much of itself the last component counts less than the first.
+FIRST = 1e-6
 
 
 def slid(field: np.ndarray, rows: int, sign: int) -> np.ndarray:
@@ -71,13 +75,14 @@ def motions(state: np.ndarray, slide: np.ndarray | None) -> np.ndarray:
 
 
 def held(found: np.ndarray) -> np.ndarray:
-    """Mask (n, 3) of the components of positions that are held, as many as there are motions (k, n, 6)."""
+    """Mask (n, 3) of the components of positions that are held, as many as there are motions (k, n, 6) of nodes in the
+    order of the grid."""
     from scipy.linalg import qr
 
     mask = np.zeros(found.shape[1] * 3, dtype=bool)
     if len(found):
         rows = found[..., :3].reshape(len(found), -1)
         rows = np.linalg.qr(rows.T)[0].T
-        _, order = qr(rows, mode="r", pivoting=True)
+        _, order = qr(rows * np.linspace(1.0, 1.0 - FIRST, rows.shape[1]), mode="r", pivoting=True)
         mask[order[: len(found)]] = True
     return mask.reshape(-1, 3)

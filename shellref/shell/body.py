@@ -51,7 +51,7 @@ class Supports:
     None: held where the reference surface is. edges: whose nodes are held but move by unknowns of their own (one
     process only); tie: nodes that are one with others of the same process. motions(state (n, 6)) -> (k, n, 6): what
     some held components, those in `floating` (n, 3), keep the shell from, and nothing resists; None: nothing of that
-    kind, and none of them.
+    kind, and none of them. swings: held at a node alone, about which it may turn.
     """
 
     translations: np.ndarray
@@ -61,6 +61,7 @@ class Supports:
     tie: Tie | None = None
     motions: Callable[[np.ndarray], np.ndarray] | None = None
     floating: np.ndarray | None = None
+    swings: bool = False
 
     @classmethod
     def none(cls, n: int) -> Supports:
@@ -77,6 +78,21 @@ class Supports:
             directors[where] = director
             directors[crossed] = HELD  # normal to two axes at once: it cannot move
         return replace(self, translations=translations, directors=directors)
+
+    def dealt(self, at: np.ndarray, tie: Tie | None, everywhere: Callable[[np.ndarray], np.ndarray]) -> Supports:
+        """Of these, of all nodes in the order of the grid, those of a process's nodes, which are the numbers `at` (n,);
+        tie: of its own nodes. everywhere: a process's state (n, 6) -> that of all nodes, on all processes together. No
+        edges."""
+        placement, motions, floating = self.placement, self.motions, self.floating
+        return Supports(
+            self.translations[at],
+            self.directors[at],
+            None if placement is None else lambda move: placement(move)[at],
+            tie=tie,
+            motions=None if motions is None else lambda state: motions(everywhere(state))[:, at],
+            floating=None if floating is None else floating[at],
+            swings=self.swings,
+        )
 
 
 @dataclass(frozen=True)

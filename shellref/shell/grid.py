@@ -114,6 +114,16 @@ class Grid:
             raise ValueError("the nodes do not form the grid")
         return order
 
+    @property
+    def nodes(self) -> np.ndarray:
+        """(n, 2) all nodes, along v first."""
+        return np.stack(np.meshgrid(self.s_nodes, self.v_nodes, indexing="ij"), axis=2).reshape(-1, 2)
+
+    def numbers(self, nodes: np.ndarray) -> np.ndarray:
+        """(n,) which of `nodes` each node (n, 2) is."""
+        rows, columns = self.positions(nodes)
+        return rows * len(self.v_nodes) + columns
+
     def areas(self, midpoints: np.ndarray) -> np.ndarray:
         """(cells,) areas in the (S, v) plane of the elements with these midpoints (cells, 2)."""
         i = np.searchsorted(self.s_knots, midpoints[:, 0]) - 1

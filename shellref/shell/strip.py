@@ -96,11 +96,12 @@ class Strip:
         now = motions(state)
         if not len(now):
             return None
-        own = ~base.translations.any(axis=1)
+        own, order = ~base.translations.any(axis=1), self.body.grid.order(nodes)
         if tie is not None:
             own[tie.nodes] = False
         floating = np.zeros((len(nodes), 3), dtype=bool)
-        floating[own] = gauge.held(now[:, own])
+        along = order.ravel()[own[order.ravel()]]  # in the order of the grid
+        floating[along] = gauge.held(now[:, along])
         put = state.copy()
 
         def placement(move: float) -> np.ndarray:
@@ -123,7 +124,7 @@ class Strip:
         loads += [np.array(wall.normal) for wall in problem.walls]  # nor does a motion along all of them change a gap
         corners = [order[row, [0, -1]] for row in (0, -1)]
         if problem.closed and _pinned(problem, 0):
-            corners[0] = np.array([_middle_node(grid, nodes, 0)])
+            corners[0] = np.flatnonzero(_at_middle(grid, nodes, 0))
         points = {edge.name: edge.point for edge in base.edges}
 
         def held_point(now: np.ndarray, k: int) -> np.ndarray:
@@ -558,8 +559,7 @@ def _supports(
             edges.append(FreeEdge(name, at, weights, path))
             continue
         if _pinned(problem, k):
-            point = np.zeros(len(nodes), dtype=bool)
-            point[_middle_node(grid, nodes, -k)] = True
+            point = _at_middle(grid, nodes, -k)
             base = base.hold(point, "xyz")
             assert tie is not None
             base = base.hold(np.isin(tie.owners(len(nodes)), np.flatnonzero(point)), "xyz")
@@ -567,7 +567,8 @@ def _supports(
         base = base.hold(held[k], "xyz", HELD)
         edge = _edge(problem, k, name, path, np.flatnonzero(held[k]), nodes, rigid(held[k], k))
         edges += [] if edge is None else [edge]
-    return Supports(base.translations, base.directors, placement, tuple(edges), tie)
+    swings = tie is not None and _pinned(problem, 0)
+    return Supports(base.translations, base.directors, placement, tuple(edges), tie, swings=swings)
 
 
 def _tie(problem: ShellProblem, grid: Grid, nodes: np.ndarray) -> Tie | None:
@@ -623,14 +624,15 @@ def _pinned(problem: ShellProblem, k: int) -> bool:
     return problem.ends[k] == parts.POSITION and problem.sections[k] == "free"
 
 
-def _middle_node(grid: Grid, nodes: np.ndarray, row: int) -> int:
-    """The node in the middle of the start (row 0) or of the end (row -1). ShellInputError where there is none."""
-    order = grid.order(nodes)
+def _at_middle(grid: Grid, nodes: np.ndarray, row: int) -> np.ndarray:
+    """Mask (n,) of the node in the middle of the start (row 0) or of the end (row -1), where the process has it.
+    ShellInputError where the mesh has none."""
     column = int(np.argmin(np.abs(grid.v_nodes)))
     if abs(grid.v_nodes[column]) > 1e-9:
         remedy = "must have a node in the middle of an edge that is held there: use an even number across"
         raise ShellInputError("elements", grid.elements, remedy)
-    return int(order[row, column])
+    rows, columns = grid.positions(nodes)
+    return (rows == row % len(grid.s_nodes)) & (columns == column)
 
 
 def _isostatic(grid: Grid, nodes: np.ndarray) -> Supports:
