@@ -1,6 +1,6 @@
 r"""A strip with straight rulings between two parallel planes: free arcs between places of contact, which are unknowns.
 
-Such a strip bends as the planar elastica (docs/theory.md, eq. (11.4)). Between places where it touches a plane (or is
+Such a strip bends as the planar elastica (docs/theory.md, eq. (8.8)). Between places where it touches a plane (or is
 clamped along it) its angle theta to the planes is free; arc k has the length L_k, joins planes at the heights Y_k and
 Y_(k+1), and s = L_k xi along it. With the clamps' shortening Delta the equilibria are the stationary points of::
 

@@ -7,7 +7,7 @@ move (`ribbon.find.branch.chain`), with what begins and ends along it.
     flat       the flat parts' length passes zero: places again
     buckles    without weight: a flat part of all the flat length buckles, thrust 4 pi^2 / length^2
 
-Hamilton's function is the same at all places: ``kappa^2 / 2 - Gamma Y`` (docs/theory.md, eq. (11.5)). So the floor's
+Hamilton's function is the same at all places: ``kappa^2 / 2 - Gamma Y`` (docs/theory.md, eq. (8.9)). So the floor's
 places flatten together, before the roof's, whose curvature then is ``- sqrt(2 Gamma H)``: under weight the roof's never
 do. Without weight both are flat at once, and how the flat length is shared out, on the floor and at the roof, is
 neutral. Under weight a flat part does not buckle, it is heavy as soon as it lifts: what has buckled stands apart, as a
@@ -16,6 +16,7 @@ hump of the length 8.9868 / sqrt(thrust) on the flat part, the lower the larger 
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -60,7 +61,13 @@ class Dense:
 
     @cached_property
     def _factor(self) -> tuple[FloatArray, NDArray[np.int32]]:
-        return scipy.linalg.lu_factor(self.matrix, check_finite=False)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", scipy.linalg.LinAlgWarning)
+            try:
+                return scipy.linalg.lu_factor(self.matrix, check_finite=False)
+            except scipy.linalg.LinAlgWarning:  # singular to the last bit: any neighbour has the same null vector
+                shift = 1e-15 * float(np.abs(self.matrix).max()) * np.eye(self.matrix.shape[0])
+                return scipy.linalg.lu_factor(self.matrix + shift, check_finite=False)
 
     @cached_property
     def unstable(self) -> int:
