@@ -140,7 +140,7 @@ def test_a_hump_is_that_of_a_line_on_its_bed_and_leads_to_two_folds():
     run = follow(hump, (0.0, 1.0), Options(), lambda p: height(p) > 0.0873)
     kinds = [one.what or one.kind for one in run.specials]
     assert [kind.split(" at ")[0] for kind in kinds] == [
-        "the flat parts on the floor have become places", "fold", "touches the roof",
+        "the flat parts have become places", "fold", "touches the roof",
         "contacts with the floor spread into flat parts",
     ]  # fmt: skip
     assert [one.change for one in run.specials] == [0, -1, 0, 0]
