@@ -25,7 +25,7 @@ FloatArray = NDArray[np.float64]
 #: How far (l) the floor may be under the clamps, and any direction from its place; slope of rulings that is none.
 LEVEL, TURNED, STRAIGHT = 2e-6, 1e-9, 1e-6
 #: Elements of an arc, for how many of the scene's on the whole strip, at the least.
-SHARE, LEAST = 15, 4
+SHARE, LEAST = 15, 8
 #: Samples of an arc for its shape.
 _SAMPLES = 81
 

@@ -1,6 +1,6 @@
 r"""A strip with straight rulings between two parallel planes: free arcs between places of contact, which are unknowns.
 
-Such a strip bends as the planar elastica (docs/theory.md, eq. (11.4)). Between places where it touches a plane (or is
+Such a strip bends as the planar elastica (docs/theory.md, eq. (8.8)). Between places where it touches a plane (or is
 clamped along it) its angle theta to the planes is free; arc k has the length L_k, joins planes at the heights Y_k and
 Y_(k+1), and s = L_k xi along it. With the clamps' shortening Delta the equilibria are the stationary points of::
 
@@ -12,8 +12,9 @@ in theta, L_k, V_k, T, mu (units l, D w / l). Of a place of contact theta is fre
 ``theta_s^2 / 2 + V(s) sin theta + ..`` of both arcs is the same and the push P is not zero: P sin theta = 0), so that a
 place counts as one row whatever the curvature there, which passes zero without harm. -T is the thrust.
 
-Flat parts on the floor have no unknowns: theta = 0, no energy, and only their length in all, ``1 - sum L_k``, counts;
-how it is shared out is neutral and left out. Then mu = 0, and arcs end with theta free and without a moment at them.
+Flat parts on the floor, and without weight at the roof, have no unknowns: theta = 0, no energy, and only their length in
+all, ``1 - sum L_k``, counts; how it is shared out is neutral and left out. Then mu = 0, and arcs end with theta free and
+without a moment at them.
 """
 
 from __future__ import annotations
@@ -92,13 +93,18 @@ class Setting:
 @dataclass(frozen=True)
 class Chain:
     """Planes (k + 1,) that the strip is on at the ends of its k arcs, FLOOR or ROOF, the clamps on the floor; flat:
-    whether there are flat parts on the floor; elements: of an arc.
+    whether there are flat parts on the floor; elements: of an arc; weightless: whether flat parts are at the roof too.
 
     Unknowns z: angles of the arcs, in order, L (k,), V (k,), T, and without flat parts mu."""
 
     planes: tuple[int, ...]
     flat: bool
     elements: int
+    weightless: bool = False
+
+    def lies(self, plane: int) -> bool:
+        """Whether the strip lies flat on a plane that it is on."""
+        return self.flat and (plane == FLOOR or self.weightless)
 
     @property
     def arcs(self) -> int:
@@ -112,7 +118,7 @@ class Chain:
         inner = self.planes[1:-1]
         if not self.flat:
             return len(inner)
-        return sum(2 if plane == FLOOR else 1 for plane in inner) + 2
+        return sum(2 if self.lies(plane) else 1 for plane in inner) + 2
 
     @cached_property
     def columns(self) -> tuple[IntArray, ...]:
@@ -120,7 +126,7 @@ class Chain:
         own, used = [], 0
         for k in range(self.arcs):
             count = self.elements * DEGREE + 1
-            at_start = self.planes[k] == FLOOR and self.flat
+            at_start = self.lies(self.planes[k])
             place = np.empty(count, dtype=np.int64)
             if at_start:
                 place[0], used = used, used + 1
@@ -247,6 +253,18 @@ class Chain:
         """theta_s at xi (q,) of arc k."""
         return np.asarray(at(self.elements, xi)[1] @ self.angle(z, k) / self.lengths(z)[k])
 
+    def clamped(self, z: FloatArray, setting: Setting) -> float:
+        """Mean of theta_s at both clamps where their angles are given, which sliding along does not change: by the
+        moments that balance them, of twice the elements' order."""
+        b, found = basis(self.elements), []
+        for k, end, sign in ((0, 0, -1.0), (self.arcs - 1, -1, 1.0)):
+            theta, length = self.angle(z, k), self.lengths(z)[k]
+            value = b.values @ theta
+            load = setting.gamma * length**2 * (1.0 - b.xi) + self.lifts(z)[k] * length
+            turns = b.weights * (load * np.cos(value) + self.tension(z) * length * np.sin(value))
+            found.append(sign * float(b.stiffness[end] @ theta / length + b.values[:, end] @ turns))
+        return 0.5 * (found[0] + found[1])
+
     def pushes(self, z: FloatArray, gamma: float) -> FloatArray:
         """What the planes push at the inner places (k - 1,), D w / l^2, without what carries a flat part's weight."""
         lift, length = self.lifts(z), self.lengths(z)
@@ -254,7 +272,7 @@ class Chain:
         return np.where(np.array(self.planes[1:-1]) == ROOF, -from_below, from_below)
 
     def flat_length(self, z: FloatArray) -> float:
-        """Of the flat parts on the floor."""
+        """Of the flat parts."""
         return 1.0 - float(self.lengths(z).sum())
 
 

@@ -7,7 +7,7 @@ move (`ribbon.find.branch.chain`), with what begins and ends along it.
     flat       the flat parts' length passes zero: places again
     buckles    without weight: a flat part of all the flat length buckles, thrust 4 pi^2 / length^2
 
-Hamilton's function is the same at all places: ``kappa^2 / 2 - Gamma Y`` (docs/theory.md, eq. (11.5)). So the floor's
+Hamilton's function is the same at all places: ``kappa^2 / 2 - Gamma Y`` (docs/theory.md, eq. (8.9)). So the floor's
 places flatten together, before the roof's, whose curvature then is ``- sqrt(2 Gamma H)``: under weight the roof's never
 do. Without weight both are flat at once, and how the flat length is shared out, on the floor and at the roof, is
 neutral. Under weight a flat part does not buckle, it is heavy as soon as it lifts: what has buckled stands apart, as a
@@ -16,6 +16,7 @@ hump of the length 8.9868 / sqrt(thrust) on the flat part, the lower the larger 
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -40,8 +41,9 @@ PUSHED, FIRM, SOFT = 0.1, 1e3, 0.1
 _SEEN = 400
 #: Nearest (in xi) that a level place is to an end of its arc: nearer ones are told by the curvature at that end.
 _INSIDE = 0.02
-#: Eigenvalues (of the matrix whose diagonal is about 1) that are none where flat parts have just ended: of sliding along.
-_NONE = 1e-7
+#: Curvature at the floor (1/l) below which it all but slides along the strip, and eigenvalues (of the matrix whose
+#: diagonal is about 1) that are none there.
+_SLIDES, _NONE = 0.02, 1e-7
 #: How far (l) an arc may go through a plane.
 THROUGH = 1e-6
 Condition = tuple[str, int]
@@ -60,7 +62,13 @@ class Dense:
 
     @cached_property
     def _factor(self) -> tuple[FloatArray, NDArray[np.int32]]:
-        return scipy.linalg.lu_factor(self.matrix, check_finite=False)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", scipy.linalg.LinAlgWarning)
+            try:
+                return scipy.linalg.lu_factor(self.matrix, check_finite=False)
+            except scipy.linalg.LinAlgWarning:  # singular to the last bit: any neighbour has the same null vector
+                shift = 1e-15 * float(np.abs(self.matrix).max()) * np.eye(self.matrix.shape[0])
+                return scipy.linalg.lu_factor(self.matrix + shift, check_finite=False)
 
     @cached_property
     def unstable(self) -> int:
@@ -133,8 +141,8 @@ class Confined:
         return (4.0 * near - 3.0 * self.residual(z, t) - far) / (2.0 * side)
 
     def factor(self, z: FloatArray, t: float) -> Dense | None:
-        """The second derivatives, factored; where it has just begun with the angles of places held that do not push yet,
-        and of what may slide along the strip nothing."""
+        """The second derivatives, factored; where it has just begun with the angles of places held that do not push yet;
+        of what may slide along the strip nothing, there and where flat parts are near."""
         setting, a = self.setting_at(t), self.chain.angles
         matrix = self.chain.jacobian(z, setting)
         if not np.all(np.isfinite(matrix)):
@@ -146,7 +154,8 @@ class Confined:
             matrix[own, own] -= FIRM  # its place takes a negative eigenvalue: see `Chain.places`
         if not begins:
             soft[a : a + self.chain.arcs] = max(0.0, SOFT - float(np.abs(pushes).min(initial=SOFT)))
-        return Dense(matrix, self.chain.rows + self.chain.places - self.buckled, soft, begins)
+        slides = not self.chain.flat and abs(self.chain.clamped(z, setting)) < _SLIDES
+        return Dense(matrix, self.chain.rows + self.chain.places - self.buckled, soft, begins or slides)
 
     @cached_property
     def _weights(self) -> FloatArray:
@@ -212,7 +221,7 @@ class Confined:
     def _conditions(self) -> list[Condition]:
         own, chain_ = [], self.chain
         own += [("gap", k) for k in range(chain_.arcs)]
-        own += [("push", j) for j in range(1, chain_.arcs) if not (chain_.flat and chain_.planes[j] == FLOOR)]
+        own += [("push", j) for j in range(1, chain_.arcs) if not chain_.lies(chain_.planes[j])]
         if chain_.flat:
             own += [("flat", 0), ("buckles", 0)]
         else:
@@ -236,7 +245,7 @@ class Confined:
             elif kind == "push":
                 found.append(1e-3 * float(pushes[k - 1]))
             elif kind == "floor":
-                found.append(1e-2 * float(self.chain.curvature(z, 0, np.zeros(1))[0]))
+                found.append(1e-2 * self.chain.clamped(z, setting))
             elif kind == "flat":
                 found.append(self.chain.flat_length(z))
             elif kind == "buckles":
@@ -345,22 +354,23 @@ class Confined:
 
     def _flattened(self, z: FloatArray, _: int, setting: Setting) -> tuple[Confined, _Carry, Condition, str]:
         old = self.chain
-        flat = replace(old, flat=True)
+        flat = replace(old, flat=True, weightless=setting.gamma == 0.0)
 
         def carry(v: FloatArray) -> FloatArray:
             return chain.filled(flat, [old.angle(v, i) for i in range(old.arcs)], v[old.angles : -1])
 
-        return replace(self, chain=flat), carry, ("flat", 0), "contacts with the floor spread into flat parts"
+        where = "contacts" if flat.weightless else "contacts with the floor"
+        return replace(self, chain=flat), carry, ("flat", 0), f"{where} spread into flat parts"
 
     def _lifted(self, z: FloatArray, _: int, setting: Setting) -> tuple[Confined, _Carry, Condition, str]:
         old = self.chain
-        points = replace(old, flat=False)
+        points = replace(old, flat=False, weightless=False)
 
         def carry(v: FloatArray) -> FloatArray:
             rest = np.concatenate([v[old.angles :], [0.0]])
             return chain.filled(points, [old.angle(v, i) for i in range(old.arcs)], rest)
 
-        return replace(self, chain=points), carry, ("floor", 0), "the flat parts on the floor have become places"
+        return replace(self, chain=points), carry, ("floor", 0), "the flat parts have become places"
 
     def _buckled(self, z: FloatArray, _: int, setting: Setting) -> tuple[Confined, _Carry, Condition, str]:
         return replace(self, buckled=not self.buckled), lambda v: v, ("buckles", 0), "a flat part buckles"

@@ -52,7 +52,7 @@ def humped(system: Confined, z: FloatArray, t: float, size: float = 0.0) -> tupl
     without it all of the flat length is the hump, of the angle `size` (rad)."""
     setting, old = system.setting_at(t), system.chain
     thrust, xi = -old.tension(z), nodes(old.elements)
-    many = replace(old, planes=(*old.planes, FLOOR), flat=setting.gamma > 0.0)
+    many = replace(old, planes=(*old.planes, FLOOR), flat=setting.gamma > 0.0, weightless=False)
     if setting.gamma > 0.0:
         u = HUMP * (2.0 * xi - 1.0)
         hump, length = setting.gamma * thrust**-1.5 * (np.sin(u) / np.cos(HUMP) - u), 2.0 * HUMP / np.sqrt(thrust)
@@ -79,7 +79,7 @@ def touching(
     flat = any(b - a > near for a, b, plane in parts if plane == FLOOR)
     parts = [(a, b, plane) if flat else ((0.0 if a == 0.0 else 1.0 if b == 1.0 else 0.5 * (a + b),) * 2 + (plane,))
              for a, b, plane in parts]  # fmt: skip
-    made = Chain(tuple(plane for *_, plane in parts), flat, elements)
+    made = Chain(tuple(plane for *_, plane in parts), flat, elements, flat and setting.gamma == 0.0)
     angles, lengths = [], []
     for (_, a, _), (b, _, _) in zip(parts[:-1], parts[1:], strict=True):
         lengths.append(b - a)
