@@ -146,7 +146,7 @@ class SecondVariation:
                     w -= (w @ mu) * u
             mw = self._weights @ w
             length = np.sqrt(max(0.0, float(w @ mw)))
-            values, vectors = scipy.linalg.eigh_tridiagonal(diagonal, beside)
+            values, vectors = _eigenpairs(diagonal, beside)
             value, vector = float(values[-1]), vectors[:, -1]
             error = length * abs(vector[-1])
             if error <= _ERROR * abs(value) or len(basis) >= min(steps, v.size):
@@ -154,3 +154,12 @@ class SecondVariation:
             beside.append(length)
             basis.append(w / length)
             weighed.append(mw / length)
+
+
+def _eigenpairs(diagonal: list[float], beside: list[float]) -> tuple[FloatArray, FloatArray]:
+    """Of a symmetric tridiagonal matrix, ascending; by QR where relatively robust representations break down, as they
+    may where numbers lie a hundred powers of ten apart."""
+    try:
+        return scipy.linalg.eigh_tridiagonal(diagonal, beside)
+    except np.linalg.LinAlgError:
+        return scipy.linalg.eigh_tridiagonal(diagonal, beside, lapack_driver="stev")

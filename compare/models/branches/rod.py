@@ -25,6 +25,7 @@ from compare.scene.scene import Scene
 from ribbonbench.errors import BadInput
 from shellref.rod.elements import Elements
 from shellref.rod.elements import State as Rod
+from shellref.rod.layers import missed
 from shellref.rod.newton import Balance, Factor
 from shellref.rod.problem import RodProblem
 from shellref.rod.quaternion import PRODUCT
@@ -39,6 +40,8 @@ _TURN = 0.5 * PRODUCT[:, :, 1:].transpose(1, 0, 2)
 #: Turns of a force on z (T^T) over those of a step (4 T^T).
 _DUAL = np.array([1.0, 1.0, 1.0, 0.25, 0.25, 0.25])
 _STEP = 1e-4
+#: Relative error of the curvature above which a point is not resolved.
+RESOLVED = 1e-1
 #: Residual, over what rounding leaves, that has norm 1.
 _NOISE = 3e10
 #: Strain by which sigma may miss the stress of u and the tangent is that of u's own stress.
@@ -202,6 +205,10 @@ class RodEquations(Unbounded):
         """z + dz, quaternions of length 1."""
         rod, _ = self.rod(z + dz)
         return self.joined(np.concatenate([rod.r, rod.q], axis=1), self.split(z + dz)[1])
+
+    def resolved(self, z: FloatArray, t: float) -> bool:
+        """Whether its elements resolve the layers of a rod that is pulled."""
+        return missed(self.elements, self.rod(z)[0], self.problem_at(t)) <= RESOLVED
 
     def finer(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[RodEquations, FloatArray, FloatArray]:
         """Elements half as long, on the same curve; stretch and shear of its interpolation begin at zero."""

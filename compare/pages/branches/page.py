@@ -72,7 +72,8 @@ _BRANCHES = (
     Column("ends_at", "ends at", kind="digits:6"),
     Column("ended", "which is", kind="word", words=ENDS),
     Column("points", "points", kind="integer", rank=9),
-    Column("image_of", "mirror image of", kind="integer", rank=9),
+    Column("image_of", "image of", kind="integer"),
+    Column("image_by", "by", kind="word"),
     Column("least", "fewest unstable modes", kind="integer", rank=9),
 )
 
@@ -81,7 +82,7 @@ def branch_table(diagram: Diagram) -> Table:
     """A row for every branch."""
     rows = [
         (b.model, b.number, b.points[0].parameter, None if b.leaves is None else b.leaves[0], b.points[-1].parameter,
-         b.ended, len(b.points), b.image_of, min(p.unstable for p in b.points))
+         b.ended, len(b.points), b.image_of, b.image_by or "", min(p.unstable for p in b.points))
         for b in diagram.branches
     ]  # fmt: skip
     return Table("Branches", _BRANCHES, tuple(rows))
@@ -219,8 +220,8 @@ def sentences(diagram: Diagram) -> list[str]:
     images = [b for b in diagram.branches if b.image_of is not None]
     if images:
         said.append(
-            f"{len(images)} branches begin with the energy of another one: mirror images, whose own branch points were "
-            "not followed again."
+            f"{len(images)} branches are images of others (by a mirror, a turn, or read from the other end): their own "
+            "branch points were not followed again."
         )
     said.append("What is not connected with these branches is not seen: a diagram is no proof that it is all.")
     return said
@@ -252,7 +253,8 @@ def record(diagram: Diagram) -> dict[str, Any]:
             {
                 "model": b.model, "branch": b.number, "points": len(b.points), "ended": b.ended,
                 "leaves": None if b.leaves is None else {"branch": b.leaves[0], "parameter": b.leaves[1]},
-                "image_of": b.image_of,
+                "image_of": b.image_of, "image_by": b.image_by,
+                "joins": [{"branch": number, "parameter": value} for number, value in b.joins],
             }
             for b in diagram.branches
         ],

@@ -49,7 +49,7 @@ def page_data(diagram: Diagram) -> dict[str, Any]:
     for branch in diagram.branches:
         branches.append({
             "model": branch.model, "number": branch.number, "first": first, "count": len(branch.points),
-            "colour": colours[branch.model], "image_of": branch.image_of,
+            "colour": colours[branch.model], "image_of": branch.image_of, "image_by": branch.image_by,
         })  # fmt: skip
         first += len(branch.points)
     return {

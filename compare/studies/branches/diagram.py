@@ -15,6 +15,7 @@ from compare.models.base import Shape, State
 from compare.scene.scene import Scene
 from compare.studies.branches.along import Along
 from compare.studies.branches.bars import Bars
+from compare.studies.branches.images import By
 
 FloatArray = NDArray[np.float64]
 
@@ -74,8 +75,10 @@ class BranchPoint:
 class Branch:
     """A branch of one model: its number, points in order, how it ended ("range", "closed", "steps", "stuck",
     "stopped"), which branch point it leaves (branch, parameter; None: the one that the scene's own state lies on), and
-    of which branch it is the mirror image, as far as energies tell. unasked: points without an unstable mode of their
-    own of which it is not known whether what is free on them (rulings of a straight part) makes them unstable."""
+    of which branch it is the image (`compare.studies.branches.images`). unasked: points without an unstable mode of their
+    own of which it is not known whether what is free on them (rulings of a straight part) makes them unstable. image_by:
+    by what it is an image: a mirror, a turn, read from the other end; joins: other branch points (branch, parameter)
+    that it was found to leave too."""
 
     model: str
     number: int
@@ -84,6 +87,8 @@ class Branch:
     leaves: tuple[int, float] | None = None
     image_of: int | None = None
     unasked: int = 0
+    image_by: By | None = None
+    joins: tuple[tuple[int, float], ...] = ()
 
     @property
     def special(self) -> tuple[BranchPoint, ...]:

@@ -1,7 +1,7 @@
 """Following all branches of a scene's models: the scene's own, then those that leave it, and theirs.
 
-Every branch point is left along its null vectors, both ways; a branch whose first point has the parameter and the
-energy of one before is its mirror image. Folds, branch points and events are located again on elements half and a
+Every branch point is left along its null vectors, both ways; whether a branch is one that was followed, or the image of
+one, is told by its first point (`compare.studies.branches.images`). Folds, branch points and events are located again on elements half and a
 quarter as long (`compare.continuation.finer`), and their limit taken (`compare.measure.mesh_limit`); every other point
 is put again on them (`compare.studies.branches.bars`).
 """
@@ -31,12 +31,11 @@ from compare.store.store import case_key
 from compare.studies.branches import freed
 from compare.studies.branches.along import Along, number_of, placed
 from compare.studies.branches.diagram import Branch, BranchPoint, Diagram
+from compare.studies.branches.images import Image, Known
 from compare.studies.branches.measured import Measured
 from ribbonbench.errors import BadInput
 from ribbonbench.threads import alone
 
-#: Difference of energies (relative, at least 1) and parameters (in t) of first points that are mirror images.
-ALIKE = 1e-6
 #: Rate of the residual below which a key moves nothing.
 MOVES = 1e-9
 #: How far beside its first equilibrium that is looked at too.
@@ -217,17 +216,21 @@ class _Models:
             )  # fmt: skip
         found: list[Branch] = []
         waiting: list[tuple[Point, tuple[int, float] | None]] = [(start, None)]
-        firsts: list[tuple[Point, int]] = []
+        known = Known(self.start.shape, lambda t: self.scene_at(t).width, self.options)
         while waiting:
             first, leaves = waiting.pop(0)
             if len(found) >= self.asked.branches or self._spent():
                 self.left += 1
                 continue
-            image = next((n for other, n in firsts if self._alike(first, other)), None)
-            if leaves is not None:
-                firsts.append((first, number))
+            image = None if leaves is None else known.image(first)
+            if image is not None and image.by is None:  # that branch again, from its other end
+                at = next(k for k, one in enumerate(found) if one.number == image.of)
+                assert leaves is not None
+                found[at] = replace(found[at], joins=(*found[at].joins, leaves))
+                continue
             made, run, fallen = self._branch(first, number, leaves, image)
             found.append(made)
+            known.add(number, run.points)
             if image is None:
                 for special in run.specials:
                     if special.kind == "branch_point":
@@ -248,13 +251,8 @@ class _Models:
     def _spent(self) -> bool:
         return self.end is not None and time.monotonic() > self.end
 
-    def _alike(self, one: Point, other: Point) -> bool:
-        energies = one.system.energy(one.z, one.t), other.system.energy(other.z, other.t)
-        near = abs(energies[0] - energies[1]) <= ALIKE * max(1.0, abs(energies[0]))
-        return near and abs(one.t - other.t) <= ALIKE and one.unstable == other.unstable
-
     def _branch(
-        self, first: Point, number: int, leaves: tuple[int, float] | None, image: int | None
+        self, first: Point, number: int, leaves: tuple[int, float] | None, image: Image | None
     ) -> tuple[Branch, Run, freed.Lost | None]:
         key, begun = self.along.key, self.along.value(first.t)
         origin = "" if leaves is None else f", leaving branch {leaves[0]} at {leaves[1]:.6g}"
@@ -286,7 +284,10 @@ class _Models:
             before, count = count, point.unstable if regular else max(count + change, 0)
             both = count if regular or point.kind == "event" else min(before, count)
             points.append(point if regular else replace(point, unstable=both))
-        return Branch(self.word, number, tuple(points), run.ended, leaves, image, free.count(None)), run, fallen
+        return Branch(
+            self.word, number, tuple(points), run.ended, leaves, None if image is None else image.of, free.count(None),
+            None if image is None else image.by,
+        ), run, fallen  # fmt: skip
 
     def _fallen(self, points: Sequence[Point], free: Sequence[bool | None]) -> freed.Lost | None:
         """Where the branch first loses its stability to what is free on it."""

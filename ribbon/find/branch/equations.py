@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.find.branch import walls
+from ribbon.find.branch import layers, walls
 from ribbon.find.branch.passages import Grading, passed
 from ribbon.problems import prolonged
 from ribbon.problems.layout import ETA, POSITION, QUATERNION, SLOPE, STRIDE
@@ -36,6 +36,9 @@ ProblemAt = Callable[[float, FloatArray], MixedProblem]
 
 #: |omega| l and |eta| below which a joint is straight.
 STRAIGHT = 1e-9
+#: Relative error of the curvature from which elements move into layers, the part of it that is worth it, and that above
+#: which a point is not resolved.
+FITTED, WORTH, RESOLVED = 1e-2, 0.5, 1e-1
 #: Step in t by which G is differenced.
 _STEP = 1e-4
 #: Part of the way to a bound that a step goes at most.
@@ -339,10 +342,11 @@ class Equations:
     # -- elements -----------------------------------------------------------------------------------------------------
 
     def moved(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Equations, FloatArray, FloatArray]:
-        """Elements graded to where the curvature passes zero now; itself without a grading, or where no passage has
-        moved by more than half a least element."""
+        """Elements graded to where the curvature passes zero now, itself where no passage has moved by more than half a
+        least element; without a grading as many elements where layers need them, itself where they resolve these."""
         if self.grading is None:
-            return self, z, directions
+            new, z, directions = self.renewed(z, t, directions)
+            return new._in_layers(z, t, directions)
         problem = self.problem(t)
         now = passed(self.lengths, problem.joint_values(self.whole(z, t)[0])[0])
         if now.size == self.placed.size and (
@@ -351,9 +355,20 @@ class Equations:
             return self, z, directions
         return self._carried(z, t, directions, self.grading.lengths(now), self.grading, now)
 
+    def _in_layers(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Equations, FloatArray, FloatArray]:
+        problem, (x, rows) = self.problem(t), self.whole(z, t)
+        before = layers.missed(problem, x, rows)
+        if not before > FITTED or self._one_sided.size:
+            return self, z, directions
+        lengths = layers.fitted(problem, x, rows)
+        if not layers.missed(problem, x, rows, lengths) < WORTH * before:
+            return self, z, directions
+        return self._carried(z, t, directions, lengths, None, self.placed)
+
     def resolved(self, z: FloatArray, t: float) -> bool:
-        """What its elements leave is told by finer ones, where a special point is."""
-        return True
+        """Whether its elements resolve the layers of a strip that is pulled; what they leave elsewhere is told by finer
+        ones."""
+        return layers.missed(self.problem(t), *self.whole(z, t)) <= RESOLVED
 
     def finer(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Equations, FloatArray, FloatArray]:
         """Every segment cut in two; graded ones by the grading that is twice as fine."""
@@ -417,7 +432,8 @@ def _rulings_of_nothing(problem: MixedProblem, x: FloatArray) -> BoolArray:
     if problem.fields.free:
         return held
     layout = problem.layout
-    straight = np.abs(x[layout.omega]) < STRAIGHT
+    omega = np.abs(x[layout.omega])
+    straight = omega < STRAIGHT * max(1.0, float(omega.max()) ** 2)  # what rounding leaves of their stiffness omega^2
     inner = straight.copy()
     inner[1:] &= straight[:-1]
     inner[:-1] &= straight[1:]

@@ -115,7 +115,7 @@ function point() {
   const about = chart.data.branches.find((branch) => branch.number === p.branch && branch.model === p.model);
   const told = (place) => place.map((x) => Number(x.toFixed(6))).join(", ");
   const rows = [
-    ["branch", `${p.branch} of ${p.model}${about.image_of === null ? "" : `, mirror image of ${about.image_of}`}`],
+    ["branch", `${p.branch} of ${p.model}${about.image_of === null ? "" : `, image of ${about.image_of} by ${about.image_by}`}`],
     ["kind", p.what ? `${p.kind_text}: ${p.what}` : p.kind_text],
     [key, `${Number(p.place.toPrecision(p.kind === "regular" ? 8 : 10))}${p.error ? ` ± ${p.error.toPrecision(1)}` : ""}${p.settles === false ? " (not settled)" : ""}`],
     ["unstable modes", `${p.unstable}${p.unstable ? "" : " (stable)"}`],
