@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.measure.balance import Wrench, abscissae
+from compare.measure.balance import Push, Wrench, abscissae
 from compare.models.ribbon.state import RibbonShape
 from compare.models.strips.balance import left_over
+from compare.models.strips.walls import walls_of_strip
 from compare.models.strips.build import arguments, check_model
 from compare.scene.strips.scene import StripsScene
 from ribbonbench.errors import BadInput
@@ -20,7 +21,7 @@ from ribbonbench.errors import BadInput
 FloatArray = NDArray[np.float64]
 
 #: What ribbon.find.strips refuses -> where the scene says it.
-_KEYS = {"joint": "joint", "strips": "strip", "start": "contact.distance"}
+_KEYS = {"walls": "wall", "joint": "joint", "strips": "strip", "start": "contact.distance"}
 #: Words of a status that has a shape and forces.
 _STATIONARY = ("converged", "saddle")
 
@@ -97,7 +98,10 @@ def _balance(scene: StripsScene, found: Any, k: int) -> float:
                 wrenches.append(Wrench(at, sign * touch.force, np.zeros(3)))
     s, _ = abscissae()
     places = over * (_middle(strip, s) if scene.first.gravity and scene.first.gravity.exact else strip.position(s))
-    return left_over(places, unit / over * scene.strips[k].gamma, scene.up, wrenches)
+    pushes = [
+        Push(wall.normals, wall.force, wall.points) for wall in walls_of_strip(scene, found, k) if len(wall.points)
+    ]
+    return left_over(places, unit / over * scene.strips[k].gamma, scene.up, wrenches, pushes)
 
 
 def _middle(strip: Any, s: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from typing import Any
 
 from compare.scene import keys as contract
 from compare.scene.change import given_keys
-from compare.scene.check import check_geometry
+from compare.scene.check import check_clamps, check_geometry
 from compare.scene.held import NAME
 from compare.scene.inputs.known import check_known
 from compare.scene.inputs.source import name_of
@@ -20,6 +20,8 @@ from compare.scene.strips.spec import ENDS, KEYS, OWN, BetweenSpec, JointSpec
 from compare.scene.table import Table, missing, reject_unknown
 from ribbonbench.errors import BadInput
 
+#: Sections that stand round all strips.
+SHARED = ("gravity", "wall", "obstacle")
 #: Keys of [strip] that say its stiffness.
 _STIFFNESS = ("young", "thickness", "poisson")
 
@@ -60,6 +62,9 @@ def _reject(document: Mapping[str, Any]) -> None:
             reject_unknown({name: document[name]}, "", KEYS)
     for section in ("gravity", "contact", "model"):
         _known(document.get(section, {}), section)
+    for section in ("wall", "obstacle"):
+        for entry in _tables(document, section, 0):
+            _known(entry, section)
 
 
 def _known(data: Any, section: str) -> None:
@@ -115,8 +120,7 @@ def _strip(document: Mapping[str, Any], entry: Mapping[str, Any], name: str) -> 
     renamed(lambda: _check_own(entry))
     alone: dict[str, Any] = {"title": str(name), "strip": own}
     alone |= {key: entry[key] for key in OWN if key in entry}
-    if "gravity" in document:
-        alone["gravity"] = document["gravity"]
+    alone |= {section: document[section] for section in SHARED if section in document}
     model = dict(document.get("model", {}))
     model.setdefault("elements", KEYS["model.elements"].default)
     alone["model"] = model
@@ -126,6 +130,7 @@ def _strip(document: Mapping[str, Any], entry: Mapping[str, Any], name: str) -> 
         scene = Scene(name=name, source=name, own_keys=given_keys(alone), **vars(sections))
         if scene.clamp_start is not None and scene.clamp_end is not None:
             check_geometry(scene)
+        check_clamps(scene)
         check_known(scene)
         return scene
 
