@@ -143,6 +143,7 @@ def result(state: StripsState) -> dict[str, Any]:
         "discretisation_error": native.error,
         **whys,
         "left_saddle": native.left,
+        **({"path": [vars(one) for one in state.went]} if scene.stages else {}),
         "strips": {name: _strip(state, k) for k, name in enumerate(scene.names)},
         "joints": [_joint(state, k) for k in range(len(scene.joints))] if state.is_equilibrium else None,
         "contact": _contact(state) if state.is_equilibrium else None,

@@ -94,6 +94,7 @@ KEYS: Mapping[str, Key] = collected(
         _without(_of("wall"), _NOT_OF_WALLS),
         _without(_of("obstacle"), _NOT_OF_WALLS),
         keys_of(BetweenSpec, "contact"),
+        _of("path"),
         _some(contract.SPECS["model"], "model", _MODEL),
     )
 )

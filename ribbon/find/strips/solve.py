@@ -47,6 +47,8 @@ BOX = (60.0, 3.0)
 SHORT: dict[str, float] = {"reach": 0.3, "max_iter": 300, "mu_init": 1e-5}
 #: How far (largest omega l of the mode) a saddle is left along its unstable mode.
 AWAY = (0.3, 0.05)
+#: Iterations beside walls, after which shorter steps are tried.
+_FEW = 150
 #: Turns of what is held apart and what is held by walls, at an equilibrium.
 _TURNS = 5
 #: Samples of a strip where two shapes are compared.
@@ -147,7 +149,8 @@ def reached(problem: StripsProblem, x: FloatArray) -> tuple[StripsProblem, Minim
     c = problem.constraints(x)
     open_rows = c[problem.joint_rows].copy()
     if misfit(problem, x) <= NEAR:
-        return _found(problem, x, {"mu_init": 1e-3}, None)
+        few = {"max_iter": _FEW} if touching_walls.has_walls(problem) else {}
+        return _found(problem, x, {"mu_init": 1e-3, **few}, None)
     done, step, iterations, seconds = 0.0, STEP, 0, 0.0
     point: Minimum | None = None
     while done < 1.0 and step >= LEAST and not spent():
