@@ -61,6 +61,15 @@ def check_geometry(scene: SceneData) -> None:
     _check_elastica(scene)
 
 
+def check_clamps(scene: SceneData) -> None:
+    """No clamp of a strip among others is behind a wall or in an obstacle, and walls leave room."""
+    _check_room(scene)
+    _check_common_room(scene)
+    for name, clamp in (("clamp.start", scene.clamp_start), ("clamp.end", scene.clamp_end)):
+        _check_clamp_and_walls(scene, name, clamp)
+        _check_clamp_and_obstacles(scene, name, clamp)
+
+
 def _check_closure(scene: SceneData) -> None:
     closure = scene.closure
     if closure is None:

@@ -91,6 +91,12 @@ def between(first: Scene, last: Scene) -> Homotopy:
 
     `BadInput` when a frame or a direction turns by half a turn: the way round is then for the user to say.
     """
+    moves, switched = moves_between(first, last)
+    return Homotopy(first, last, tuple(switched), tuple(moves))
+
+
+def moves_between(first: Scene, last: Scene) -> tuple[list[Move], list[str]]:
+    """What varies from `first` to `last`, and the dotted keys and sections that switch."""
     moves: list[Move] = []
     switched: list[str] = []
     one, other = first.canonical(), last.canonical()
@@ -104,7 +110,7 @@ def between(first: Scene, last: Scene) -> Homotopy:
     _walls(first, last, moves, switched)
     _obstacles(first, last, moves, switched)
     _switch("model", _model(first), _model(last), switched)
-    return Homotopy(first, last, tuple(switched), tuple(moves))
+    return moves, switched
 
 
 def _model(scene: Scene) -> dict[str, Any]:

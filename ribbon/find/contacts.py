@@ -122,7 +122,7 @@ def held(
         depth = max((-distance for distance, _ in minima), default=0.0)
         if depth < least:
             best, least = (problem, minimum), depth
-        beyond = _beyond(problem, minimum.x, minima) if depth > penetration.TOLERANCE else ()
+        beyond = points_beyond(problem, minimum.x, minima) if depth > penetration.TOLERANCE else ()
         if not beyond or spent():
             break
         fresh = problem.with_changes(touching=(*problem.touching, *beyond))  # those of old first, in their order
@@ -175,7 +175,7 @@ def sharpened(
     return problem, minimum
 
 
-def _beyond(problem: MixedProblem, x: FloatArray, minima: list[tuple[float, Touch]]) -> tuple[Touch, ...]:
+def points_beyond(problem: MixedProblem, x: FloatArray, minima: list[tuple[float, Touch]]) -> tuple[Touch, ...]:
     """Points to hold where the edges are deep behind walls (`penetration.minima`): between the two held points on
     either side.
 
@@ -236,7 +236,7 @@ def _again(
 ) -> Minimum:
     """The equilibrium with more points held, from the one without: with its multipliers, so that it stays on its
     branch, and else without."""
-    rows = _carried(old, fresh, minimum, {})
+    rows = carried_rows(old, fresh, minimum, {})
     with _by_newton(fresh):
         warm = choose.minimise(
             fresh, minimum.x, {"max_iter": _WARM_ITERATIONS, **(options or {})}, progress, (rows, minimum.multipliers)
@@ -267,10 +267,10 @@ def slid(
     nothing touches at one place, and where none is found from there."""
     if not problem.walls or not minimum.residual <= RESIDUAL_TOLERANCE or spent():
         return problem, minimum
-    places = _places(problem, minimum)
-    if not places or all(_slides(problem, place) for place in places):
+    places = single_places(problem, minimum)
+    if not places or all(place_slides(problem, place) for place in places):
         return problem, minimum
-    now, here = _sliding(problem, minimum, places)
+    now, here = with_sliding(problem, minimum, places)
     spent_on = minimum
     for _ in range(FOLLOWED):
         with _by_newton(now):
@@ -284,16 +284,16 @@ def slid(
         )
         now.counters.add(problem.counters)
         minima = penetration.minima(now, again.x, -NEAREST)
-        beyond = _beside(now, [touch for _, touch in minima])
+        beyond = next_to_slide(now, [touch for _, touch in minima])
         if not beyond:
             if max((-distance for distance, _ in minima), default=0.0) > penetration.TOLERANCE:
                 return problem, minimum
             return let_go(now, spent_on)
-        now, here = _more(now, again, beyond)
+        now, here = with_more(now, again, beyond)
     return problem, minimum
 
 
-def _places(problem: MixedProblem, minimum: Minimum) -> list[_Place]:
+def single_places(problem: MixedProblem, minimum: Minimum) -> list[_Place]:
     """Where edges push at one place each: one joint or point, or two that are neighbours, off the strip's ends."""
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     places: list[_Place] = []
@@ -341,7 +341,7 @@ def _groups(problem: MixedProblem, points: list[tuple[float, float]]) -> list[li
     return groups
 
 
-def _slides(problem: MixedProblem, place: _Place) -> bool:
+def place_slides(problem: MixedProblem, place: _Place) -> bool:
     """Whether a place is one that slides already, and is held by nothing else."""
     i = problem.segment_at(place.s)
     near = [
@@ -365,7 +365,7 @@ def _around(problem: MixedProblem, s: float) -> list[int]:
     return sorted(minimum)
 
 
-def _sliding(problem: MixedProblem, minimum: Minimum, places: list[_Place]) -> tuple[MixedProblem, Minimum]:
+def with_sliding(problem: MixedProblem, minimum: Minimum, places: list[_Place]) -> tuple[MixedProblem, Minimum]:
     """The problem with its places sliding instead of what holds them, and multipliers to begin with."""
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     shares: dict[Touch, float] = {}
@@ -385,7 +385,7 @@ def _sliding(problem: MixedProblem, minimum: Minimum, places: list[_Place]) -> t
         if (touch.wall, _line(touch.side), problem.segment_at(touch.s)) not in replaced
     ]
     fresh = problem.with_changes(touching=(*kept, *sorted(shares)))
-    rows = _carried(problem, fresh, minimum, shares)
+    rows = carried_rows(problem, fresh, minimum, shares)
     slices = fresh.block_slices()
     for place in places:  # what joints beside a place pushed is its own now
         block = fresh.wall_rows(place.wall)
@@ -396,7 +396,7 @@ def _sliding(problem: MixedProblem, minimum: Minimum, places: list[_Place]) -> t
     return fresh, replace(minimum, rows=rows)
 
 
-def _beside(problem: MixedProblem, touches: list[Touch]) -> list[Touch]:
+def next_to_slide(problem: MixedProblem, touches: list[Touch]) -> list[Touch]:
     """What is to slide besides: places behind a wall in segments next to one that slides."""
     sliding = {(t.wall, _line(t.side), problem.segment_at(t.s)) for t in problem.touching if t.slides}
     minimum = {}
@@ -409,13 +409,13 @@ def _beside(problem: MixedProblem, touches: list[Touch]) -> list[Touch]:
     return sorted(minimum.values())
 
 
-def _more(problem: MixedProblem, minimum: Minimum, touches: list[Touch]) -> tuple[MixedProblem, Minimum]:
+def with_more(problem: MixedProblem, minimum: Minimum, touches: list[Touch]) -> tuple[MixedProblem, Minimum]:
     """The problem with more that slides."""
     fresh = problem.with_changes(touching=(*problem.touching, *touches))
-    return fresh, replace(minimum, rows=_carried(problem, fresh, minimum, dict.fromkeys(touches, 0.0)))
+    return fresh, replace(minimum, rows=carried_rows(problem, fresh, minimum, dict.fromkeys(touches, 0.0)))
 
 
-def _carried(old: MixedProblem, fresh: MixedProblem, minimum: Minimum, own: dict[Touch, float]) -> FloatArray:
+def carried_rows(old: MixedProblem, fresh: MixedProblem, minimum: Minimum, own: dict[Touch, float]) -> FloatArray:
     """Multipliers of the rows of `fresh`: those of `old` at the same joints and touches, `own` of others."""
     rows = np.zeros(fresh.row_count)
     slices, blocks = fresh.block_slices(), fresh.blocks()
@@ -444,6 +444,15 @@ def let_go(problem: MixedProblem, minimum: Minimum) -> tuple[MixedProblem, Minim
     """Without what does not push, each touch where it has gone: the same equilibrium."""
     if not problem.touching:
         return problem, minimum
+    fewer, rows = without_idle(problem, minimum)
+    residual = kkt_residual(fewer, minimum.x, minimum.multipliers, rows)
+    if residual > RESIDUAL_TOLERANCE:
+        return problem, minimum
+    return fewer, replace(minimum, rows=rows, residual=residual)
+
+
+def without_idle(problem: MixedProblem, minimum: Minimum) -> tuple[MixedProblem, FloatArray]:
+    """The problem without touches that do not push, each where it has gone, and the multipliers of its rows."""
     slices = problem.block_slices()
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
     kept: dict[Touch, float] = {}
@@ -459,8 +468,4 @@ def let_go(problem: MixedProblem, minimum: Minimum) -> tuple[MixedProblem, Minim
                 kept[touch._replace(s=float(s)) if touch.slides else touch] = float(row)
     fewer = problem.with_changes(touching=tuple(kept))
     fewer.counters.add(problem.counters)
-    rows = _carried(problem, fewer, minimum, kept)
-    residual = kkt_residual(fewer, minimum.x, minimum.multipliers, rows)
-    if residual > RESIDUAL_TOLERANCE:
-        return problem, minimum
-    return fewer, replace(minimum, rows=rows, residual=residual)
+    return fewer, carried_rows(problem, fewer, minimum, kept)

@@ -15,14 +15,20 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.measure.balance import Wrench, abscissae, unbalanced
+from compare.measure.balance import Push, Wrench, abscissae, unbalanced
 
 FloatArray = NDArray[np.float64]
 
 
-def left_over(places: FloatArray, weight: float, up: FloatArray | None, wrenches: Sequence[Wrench]) -> float:
+def left_over(
+    places: FloatArray,
+    weight: float,
+    up: FloatArray | None,
+    wrenches: Sequence[Wrench],
+    pushes: Sequence[Push] = (),
+) -> float:
     """What is left of force and moment over the largest of them (at least 1); places (k, 3): of the centreline (or of
-    the middle line of the surface) at `abscissae`, weight: of the strip."""
+    the middle line of the surface) at `abscissae`, weight: of the strip; pushes: of walls."""
     _, weights = abscissae()
     pull = np.zeros(3) if up is None else -weight * up
-    return unbalanced(wrenches, pull, np.asarray(weights @ places))
+    return unbalanced(wrenches, pull, np.asarray(weights @ places), pushes)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.models.ribbon.build import has_free_twist, ribbon_energy
+from compare.models.ribbon.build import has_free_twist, ribbon_energy, ribbon_walls
 from compare.registry import USUAL, chosen_by
 from compare.scene.data import frame_of
 from compare.scene.scene import Scene
@@ -49,6 +49,7 @@ def arguments(scene: StripsScene) -> dict[str, Any]:
         "rulings": [joint.spec.ruling for joint in scene.joints],
         "stiffness": first.model.stiffness,
         "in_plane": first.model.in_plane,
+        "walls": [wall.scaled(1.0 / first.strip.length) for wall in ribbon_walls(first)],
     }
 
 

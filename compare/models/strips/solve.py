@@ -4,32 +4,44 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.measure.balance import Wrench, abscissae
+from compare.measure.balance import Push, Wrench, abscissae
 from compare.models.ribbon.state import RibbonShape
 from compare.models.strips.balance import left_over
+from compare.models.strips.walls import walls_of_strip
 from compare.models.strips.build import arguments, check_model
+from compare.scene.strips.read import leg
 from compare.scene.strips.scene import StripsScene
 from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 
 #: What ribbon.find.strips refuses -> where the scene says it.
-_KEYS = {"joint": "joint", "strips": "strip", "start": "contact.distance"}
+_KEYS = {"walls": "wall", "joint": "joint", "strips": "strip", "start": "contact.distance"}
 #: Words of a status that has a shape and forces.
 _STATIONARY = ("converged", "saddle")
+
+
+@dataclass(frozen=True)
+class Went:
+    """How a path went to one of its stages: how far (t, 1: there), in how many increments, and where it jumped."""
+
+    stage: int
+    t: float
+    increments: int
+    jumps: tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class StripsState:
     """The state of several strips: `native`, a `ribbon.find.strips.result.StripsEquilibrium`; shapes: each strip's, in
     its own l; over: each one's length over the first one's; balance: what is left of force and moment of each strip;
-    seconds: the solve with its verdict, and its error."""
+    seconds: the solve with its verdict, and its error; went: how the path to it went, leg by leg."""
 
     scene: StripsScene
     native: Any
@@ -37,6 +49,7 @@ class StripsState:
     over: tuple[float, ...]
     balance: tuple[float, ...]
     seconds: dict[str, float]
+    went: tuple[Went, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -63,7 +76,7 @@ def solved(
     clock = time.perf_counter()
     try:
         with choose.using(scene.first.model.solver):
-            found = strips.solve(**arguments(scene), leave_saddle=leave_saddle, budget=scene.first.model.budget)
+            found, went = _found(scene, leave_saddle, say)
             first = time.perf_counter() - clock
             if error and say is not None:
                 say("the same strips on elements half as long")
@@ -75,7 +88,39 @@ def solved(
     over = tuple(found.problem.lengths_over)
     known = found.status.code in _STATIONARY
     balance = tuple(_balance(scene, found, k) if known else float("nan") for k in range(len(shapes)))
-    return StripsState(scene, found, shapes, over, balance, seconds)
+    return StripsState(scene, found, shapes, over, balance, seconds, went)
+
+
+def _found(
+    scene: StripsScene, leave_saddle: bool, say: Callable[[str], object] | None
+) -> tuple[Any, tuple[Went, ...]]:
+    """The state of the scene, at the end of its path if it has one, and how each of its legs went."""
+    from ribbon.find.strips import solve as strips
+    from ribbon.find.strips.assemble import assembled
+    from ribbon.find.strips.path import follow
+    from ribbon.solvers.budget import within
+
+    def problem(scene: StripsScene) -> Any:
+        return assembled(**arguments(scene))
+
+    budget, begin = scene.first.model.budget, scene.stages[0] if scene.stages else scene
+    state = strips.solve(**arguments(begin), leave_saddle=leave_saddle, budget=budget)
+    went: list[Went] = []
+    for number in range(len(scene.stages)):
+        if state.status.code not in _STATIONARY:
+            why = f"the way ended before stage {number + 2} of {len(scene.stages) + 1}: {state.message}"
+            return replace(state, message=why), tuple(went)
+        if say is not None:
+            say(f"stage {number + 2} of {len(scene.stages) + 1}")
+        between = leg(scene, number)
+        with within(budget):
+            state, t, log = follow(lambda t, at=between: problem(at(t)), state, scene.steps[number + 1])
+        kept = sum(one.kept for one in log)
+        went.append(Went(number + 2, t, kept, tuple(one.t for one in log if one.jump)))
+        if t < 1.0:
+            why = f"the way to stage {number + 2} stopped at t = {t:.4g}: no equilibrium was found beyond it"
+            return replace(state, status=strips.Status.NOT_CONVERGED, message=why), tuple(went)
+    return state, tuple(went)
 
 
 def _balance(scene: StripsScene, found: Any, k: int) -> float:
@@ -97,7 +142,10 @@ def _balance(scene: StripsScene, found: Any, k: int) -> float:
                 wrenches.append(Wrench(at, sign * touch.force, np.zeros(3)))
     s, _ = abscissae()
     places = over * (_middle(strip, s) if scene.first.gravity and scene.first.gravity.exact else strip.position(s))
-    return left_over(places, unit / over * scene.strips[k].gamma, scene.up, wrenches)
+    pushes = [
+        Push(wall.normals, wall.force, wall.points) for wall in walls_of_strip(scene, found, k) if len(wall.points)
+    ]
+    return left_over(places, unit / over * scene.strips[k].gamma, scene.up, wrenches, pushes)
 
 
 def _middle(strip: Any, s: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ import numpy as np
 from compare.measure.grades import GOOD, POOR, UNKNOWN, worst
 from compare.measure.grid import Grid
 from compare.models.strips.solve import StripsState
+from compare.models.strips.walls import walls_of_strip
 from compare.page.drawing import pictured
 from compare.page.page import STRIP, Picture, Surface
 from compare.page.study import RESULT, Study
@@ -87,6 +88,10 @@ def rows(state: StripsState, units: Units | None = None) -> list[tuple[str, str]
     found += [
         (f"joint {row[0]} - {row[1]}", f"force {row[3]} D w / l^2, moment {row[4]} D w / l") for row in _joints(state)
     ]
+    for wall in walls(state):
+        touched = ", ".join(f"{name} at {len(own['contacts'])}" for name, own in wall["strips"].items())
+        text = f"{_vector(wall['force'])} D w / l^2; {touched or 'touches nothing'}"
+        found.append((f"force of {wall['name']}", text))
     return [*found, ("units", f"l and D w of the strip {state.scene.names[0]}")]
 
 
@@ -138,9 +143,13 @@ def result(state: StripsState) -> dict[str, Any]:
         "discretisation_error": native.error,
         **whys,
         "left_saddle": native.left,
+        **({"path": [vars(one) for one in state.went]} if scene.stages else {}),
         "strips": {name: _strip(state, k) for k, name in enumerate(scene.names)},
         "joints": [_joint(state, k) for k in range(len(scene.joints))] if state.is_equilibrium else None,
         "contact": _contact(state) if state.is_equilibrium else None,
+        "walls": walls(state) if state.is_equilibrium else None,
+        "penetration": native.penetration,
+        **({} if native.penetration is not None else {"penetration_why": _no_penetration(state)}),
         "units_of": scene.names[0],
         "length": scene.first.strip.length,
         "units": {"known": units.known, **units.to_dict()},
@@ -151,6 +160,32 @@ def result(state: StripsState) -> dict[str, Any]:
         "seconds": state.seconds,
         "provenance": provenance(scene),
     }  # fmt: skip
+
+
+def walls(state: StripsState) -> list[dict[str, Any]]:
+    """What every wall and obstacle exerts on all strips, moments about the origin, and on each that it touches."""
+    scene = state.scene
+    each = [walls_of_strip(scene, state.native, k) for k in range(len(scene.names))]
+    found = []
+    for number, name in enumerate(scene.first.barrier_names):
+        own = {strip: sides[number] for strip, sides in zip(scene.names, each, strict=True)}
+        touched = {
+            strip: {
+                "force": wall.force, "moment": wall.moment, "contacts": wall.contacts, "points": wall.points,
+                "pushes": wall.pushes,
+            }
+            for strip, wall in own.items()
+            if len(wall.points)
+        }  # fmt: skip
+        found.append(
+            {
+                "name": name,
+                "force": np.sum([wall.force for wall in own.values()], axis=0),
+                "moment": np.sum([wall.moment for wall in own.values()], axis=0),
+                "strips": touched,
+            }
+        )
+    return found
 
 
 def _pose(state: StripsState, k: int, s: float) -> dict[str, Any]:
@@ -185,6 +220,10 @@ def _joint(state: StripsState, number: int) -> dict[str, Any]:
         "position": joint.at, "force": joint.force, "moment": joint.moment, "opened": joint.opened,
         "turned": joint.turned,
     }  # fmt: skip
+
+
+def _no_penetration(state: StripsState) -> str:
+    return "it has no shape" if state.scene.first.barriers else "there is no wall"
 
 
 def _contact(state: StripsState) -> dict[str, Any] | None:

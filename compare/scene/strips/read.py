@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from compare.scene import keys as contract
 from compare.scene.change import given_keys
-from compare.scene.check import check_geometry
+from compare.scene.check import check_clamps, check_geometry
 from compare.scene.held import NAME
 from compare.scene.inputs.known import check_known
 from compare.scene.inputs.source import name_of
@@ -16,10 +17,14 @@ from compare.scene.read import one_line, read_sections
 from compare.scene.scene import Scene
 from compare.scene.strips.check import check_together
 from compare.scene.strips.scene import Joined, StripsScene
+from compare.scene.strips.path import read_stages, way
 from compare.scene.strips.spec import ENDS, KEYS, OWN, BetweenSpec, JointSpec
+from compare.scene.strips.write import assign
 from compare.scene.table import Table, missing, reject_unknown
 from ribbonbench.errors import BadInput
 
+#: Sections that stand round all strips.
+SHARED = ("gravity", "wall", "obstacle")
 #: Keys of [strip] that say its stiffness.
 _STIFFNESS = ("young", "thickness", "poisson")
 
@@ -28,12 +33,30 @@ def loads(text: str, source: str = "<text>", assignments: Mapping[str, Any] | No
     """A scene of several strips from its text; assignments: dotted keys that are replaced, "strip.left.width"."""
     document = tomllib.loads(text)
     for dotted, value in (assignments or {}).items():
-        _assign(document, dotted, value)
+        assign(document, dotted, value)
     return build(document, source)
 
 
 def build(document: Mapping[str, Any], source: str = "<text>") -> StripsScene:
     """A scene of several strips from a document."""
+    scene = _alone(document, source)
+    stages, steps = read_stages(document, lambda changed: _alone(changed, source))
+    if not stages:
+        return scene
+    scene = replace(scene, stages=stages, steps=steps)
+    for k in range(len(stages)):
+        leg(scene, k)(0.5)
+    return scene
+
+
+def leg(scene: StripsScene, number: int) -> Callable[[float], StripsScene]:
+    """The scene at t, 0 <= t <= 1, between stage `number` and the next one, at last the scene itself."""
+    last = scene.stages[number + 1] if number + 1 < len(scene.stages) else scene
+    return way(scene.stages[number], last, lambda document: _alone(document, scene.source))
+
+
+def _alone(document: Mapping[str, Any], source: str) -> StripsScene:
+    """The scene itself, without its path."""
     _reject(document)
     title = Table(document, "", KEYS).value("title")
     name = name_of(source, title)
@@ -60,6 +83,9 @@ def _reject(document: Mapping[str, Any]) -> None:
             reject_unknown({name: document[name]}, "", KEYS)
     for section in ("gravity", "contact", "model"):
         _known(document.get(section, {}), section)
+    for section in ("wall", "obstacle"):
+        for entry in _tables(document, section, 0):
+            _known(entry, section)
 
 
 def _known(data: Any, section: str) -> None:
@@ -115,8 +141,7 @@ def _strip(document: Mapping[str, Any], entry: Mapping[str, Any], name: str) -> 
     renamed(lambda: _check_own(entry))
     alone: dict[str, Any] = {"title": str(name), "strip": own}
     alone |= {key: entry[key] for key in OWN if key in entry}
-    if "gravity" in document:
-        alone["gravity"] = document["gravity"]
+    alone |= {section: document[section] for section in SHARED if section in document}
     model = dict(document.get("model", {}))
     model.setdefault("elements", KEYS["model.elements"].default)
     alone["model"] = model
@@ -126,6 +151,7 @@ def _strip(document: Mapping[str, Any], entry: Mapping[str, Any], name: str) -> 
         scene = Scene(name=name, source=name, own_keys=given_keys(alone), **vars(sections))
         if scene.clamp_start is not None and scene.clamp_end is not None:
             check_geometry(scene)
+        check_clamps(scene)
         check_known(scene)
         return scene
 
@@ -203,24 +229,3 @@ def _stiffness(strips: tuple[Scene, ...], names: tuple[str, ...]) -> tuple[float
         cube = 1.0 if thickness is None else thickness**3
         found.append((1.0 if young is None else young) * cube / (12.0 * (1.0 - nu * nu)))
     return tuple(found)
-
-
-def _assign(document: dict[str, Any], dotted: str, value: Any) -> None:
-    """Replaces a key: "strip.left.width", "joint.0.angle", "gravity.up"."""
-    at: Any = document
-    words = dotted.split(".")
-    for number, word in enumerate(words[:-1]):
-        if isinstance(at, list):
-            names = [entry.get("name") for entry in at]
-            if word in names:
-                at = at[names.index(word)]
-            elif word.isdigit() and int(word) < len(at):
-                at = at[int(word)]
-            else:
-                known = ", ".join(str(name) for name in names if name) or f"0 to {len(at) - 1}"
-                raise BadInput(dotted, None, f"names no {words[number - 1]}", f"there is {known}")
-        else:
-            at = at.setdefault(word, {})
-    if not isinstance(at, dict):
-        raise BadInput(dotted, None, f"names no one of several {words[0]}s", f"say which: {words[0]}.NAME.{words[-1]}")
-    at[words[-1]] = value

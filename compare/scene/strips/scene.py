@@ -33,7 +33,8 @@ class Joined:
 @dataclass(frozen=True)
 class StripsScene:
     """Several strips: names and scenes, one by one; joints; distance that different strips keep, None: they may pass
-    through each other; stiffness: D of each in a unit that all share; document: what the file says."""
+    through each other; stiffness: D of each in a unit that all share; document: what the file says; stages: the scenes
+    of its [[path]] in order, without itself, and steps: how many lead to each and to itself (None: chosen)."""
 
     name: str
     source: str
@@ -44,6 +45,8 @@ class StripsScene:
     distance: float | None
     stiffness: tuple[float, ...]
     document: Mapping[str, Any]
+    stages: tuple[StripsScene, ...] = ()
+    steps: tuple[int | None, ...] = ()
 
     @property
     def first(self) -> Scene:
@@ -84,6 +87,7 @@ class StripsScene:
             "joints": [[joint.one, joint.other, vars(joint.spec)] for joint in self.joints],
             "distance": self.distance,
             "stiffness": self.stiffness,
+            **({"stages": [stage.canonical() for stage in self.stages], "steps": self.steps} if self.stages else {}),
         }
 
 

@@ -14,6 +14,8 @@ OWN = ("clamp", "seed")
 _NOT = ("second_moment", "transverse_curvature")
 #: Keys of [model] and of [gravity] that are known.
 _MODEL = ("energy", "stiffness", "in_plane", "elements", "budget", "solver")
+#: Keys of [[wall]] and [[obstacle]] that are not: plates on springs, and friction.
+_NOT_OF_WALLS = ("stiffness", "friction")
 _CLAMP = ("position", "frame", "tangent", "normal", "ruling")
 
 
@@ -71,11 +73,15 @@ def _of(section: str) -> Mapping[str, Key]:
     return {name: one for name, one in contract.KEYS.items() if name.startswith(f"{section}.")}
 
 
+def _without(keys: Mapping[str, Key], names: tuple[str, ...]) -> Mapping[str, Key]:
+    return {name: one for name, one in keys.items() if name.rpartition(".")[2] not in names}
+
+
 KEYS: Mapping[str, Key] = collected(
     (
         {"title": contract.KEYS["title"]},
         keys_of(NamedSpec, "strip"),
-        {name: one for name, one in _of("strip").items() if name.rpartition(".")[2] not in _NOT},
+        _without(_of("strip"), _NOT),
         {
             f"strip.{name}": one
             for end in ("start", "end")
@@ -85,7 +91,10 @@ KEYS: Mapping[str, Key] = collected(
         {f"strip.{name}": one for name, one in _of("seed").items()},
         keys_of(JointSpec, "joint"),
         _of("gravity"),
+        _without(_of("wall"), _NOT_OF_WALLS),
+        _without(_of("obstacle"), _NOT_OF_WALLS),
         keys_of(BetweenSpec, "contact"),
+        _of("path"),
         _some(contract.SPECS["model"], "model", _MODEL),
     )
 )

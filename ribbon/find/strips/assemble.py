@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ribbon import law
 from ribbon.boundary import Clamp
+from ribbon.contact import Barrier
 from ribbon.energies import chosen
 from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity
@@ -64,17 +65,20 @@ def assembled(
     energy: str = "wunderlich",
     apart: float = 0.0,
     rulings: Sequence[str | None] | None = None,
+    walls: Sequence[Barrier] = (),
     **choices: bool | str | None,
 ) -> StripsProblem:
     """The problem of `members` with these joints; apart: distance that different strips keep, in their unit of length;
-    rulings: of every joint, "straight" or "free" (None: free where the strip goes on or is pinned); choices:
-    `stiffness` and `in_plane` of the energy. `RibbonInputError` for what contradicts itself."""
+    rulings: of every joint, "straight" or "free" (None: free where the strip goes on or is pinned); walls:
+    rigid ones and obstacles that none of them can cross, in their unit of length; choices: `stiffness` and `in_plane` of the energy. `RibbonInputError` for what contradicts itself."""
     if not members:
         raise RibbonInputError("strips", 0, "give one strip at least")
+    if any(wall.stiffness is not None or wall.friction for wall in walls):
+        raise RibbonInputError("walls", len(walls), "walls of several strips are rigid and without friction")
     _check_joints(members, joints)
     loose = _loose(members, joints)
     weighty = gravity is not None and any(member.strip.gamma > 0 for member in members)
-    if loose and (len(loose) > 1 or _components(members, joints) > 1 or weighty or apart):
+    if loose and (len(loose) > 1 or _components(members, joints) > 1 or weighty or apart or walls):
         name = members[loose[0][0]].name or str(loose[0][0])
         raise RibbonInputError("strips", name, "is held by no clamp; clamp an end of it, or of what it is joined to")
     ruled = list(rulings or [None] * len(joints))
@@ -90,7 +94,7 @@ def assembled(
                 start=held[0],
                 end=held[1],
                 closure=None,
-                walls=(),
+                walls=tuple(walls),
                 gravity=gravity,
                 energy=energy,
                 lengths=member.lengths,

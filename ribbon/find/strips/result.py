@@ -84,6 +84,13 @@ class StripsEquilibrium:
     left: float | None = None
 
     @property
+    def penetration(self) -> float | None:
+        """How far (l_0) a strip reaches beyond a wall, anywhere; None without walls, and without a shape."""
+        each = [strip.penetration for strip in self.strips]
+        known = [over * depth for over, depth in zip(self.problem.lengths_over, each, strict=True) if depth is not None]
+        return max(known) if known and len(known) == len(each) else None
+
+    @property
     def ok(self) -> bool:
         """Converged and stable."""
         return self.status is Status.CONVERGED

@@ -14,11 +14,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.contact import Barrier
 from ribbon.errors import RibbonInputError
 from ribbon.find.strips import touch
+from ribbon.find.strips import walls as touching_walls
 from ribbon.find.strips.assemble import Member, assembled, shapes
 from ribbon.find.strips.result import StripsEquilibrium
-from ribbon.judge import stability
+from ribbon.judge import penetration, stability
 from ribbon.judge.reduction import metric, tangent
 from ribbon.judge.spectrum import SecondVariation
 from ribbon.loads import Gravity
@@ -45,6 +47,10 @@ BOX = (60.0, 3.0)
 SHORT: dict[str, float] = {"reach": 0.3, "max_iter": 300, "mu_init": 1e-5}
 #: How far (largest omega l of the mode) a saddle is left along its unstable mode.
 AWAY = (0.3, 0.05)
+#: Iterations beside walls, after which shorter steps are tried.
+_FEW = 150
+#: Turns of what is held apart and what is held by walls, at an equilibrium.
+_TURNS = 5
 #: Samples of a strip where two shapes are compared.
 _SAMPLES = 201
 
@@ -59,17 +65,18 @@ def solve(
     rulings: Sequence[str | None] | None = None,
     leave_saddle: bool = True,
     budget: float | None = None,
+    walls: Sequence[Barrier] = (),
     **choices: bool | str | None,
 ) -> StripsEquilibrium:
     """Equilibrium of several strips; arguments as of `assembled`. leave_saddle: follow its unstable mode to a stable
     state; budget: time in s on the processor. `RibbonInputError` on bad input."""
-    problem = assembled(members, joints, gravity, energy, apart, rulings, **choices)
+    problem = assembled(members, joints, gravity, energy, apart, rulings, walls, **choices)
     with within(budget):
         best: StripsEquilibrium | None = None
         for bend in _bends(problem, members):
             x = placed(problem, shapes(problem, members, bend))
             _check_start(problem, x, members)
-            state = judged(*touch.kept(*reached(problem, x)))
+            state = judged(*settled(*reached(problem, x)))
             if leave_saddle and state.status is Status.SADDLE:
                 state = left(state)
             if best is None or _rank(state) < _rank(best):
@@ -78,6 +85,20 @@ def solve(
                 break
         assert best is not None
         return best
+
+
+def settled(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimum, float | None]:
+    """The equilibrium with what is to be held apart and on its walls' side, and how far (l_0) strips are nearer to each
+    other than they are kept; None where nothing keeps them."""
+    depth: float | None = None
+    for _ in range(_TURNS):
+        problem, point, depth = touch.kept(problem, point)
+        if not touching_walls.has_walls(problem):
+            break
+        problem, point = touching_walls.held(problem, point)
+        if depth is None or not touch.minima(problem, point.x, -touch.TOLERANCE):
+            break
+    return problem, point, depth
 
 
 def _check_start(problem: StripsProblem, x: FloatArray, members: Sequence[Member]) -> None:
@@ -119,7 +140,8 @@ def misfit(problem: StripsProblem, x: FloatArray) -> float:
     first = int(sum(8 * part.lengths.size for part in problem.parts))
     lower, upper = problem.constraint_bounds()
     c = problem.constraints(x)
-    return float(np.maximum(lower - c, c - upper)[first:].max(initial=0.0))
+    missed = np.where(lower == upper, np.abs(c - lower), 0.0)  # walls, which a start may cross, are none of it
+    return float(missed[first:].max(initial=0.0))
 
 
 def reached(problem: StripsProblem, x: FloatArray) -> tuple[StripsProblem, Minimum]:
@@ -127,7 +149,8 @@ def reached(problem: StripsProblem, x: FloatArray) -> tuple[StripsProblem, Minim
     c = problem.constraints(x)
     open_rows = c[problem.joint_rows].copy()
     if misfit(problem, x) <= NEAR:
-        return _found(problem, x, {"mu_init": 1e-3}, None)
+        few = {"max_iter": _FEW} if touching_walls.has_walls(problem) else {}
+        return _found(problem, x, {"mu_init": 1e-3, **few}, None)
     done, step, iterations, seconds = 0.0, STEP, 0, 0.0
     point: Minimum | None = None
     while done < 1.0 and step >= LEAST and not spent():
@@ -237,6 +260,10 @@ def _verdict(
         return status, f"{status.value} ({point.message})", None
     if depth is not None and depth > touch.TOLERANCE:
         return Status.NOT_CONVERGED, f"strips are {depth:.2g} l nearer to each other than they are kept", None
+    beyond = touching_walls.deepest(problem, point.x)
+    if beyond is not None and beyond > penetration.TOLERANCE:
+        text = f"a strip reaches {beyond:.2g} of its length beyond a wall between its joints; use more elements"
+        return Status.NOT_CONVERGED, text, None
     check = _stability(problem, point)
     if check.stable is None:
         return Status.CONVERGED, "converged: an equilibrium, whose stability is not known", check
@@ -281,7 +308,7 @@ def _by_itself(
         lowest_eigenvalue=np.nan if check is None else check.eigenvalue,
         mode=np.zeros(part.size) if check is None else check.mode[where], active_bounds=0,
         seconds={"solve": point.seconds, "stability": 0.0}, options={}, rows=problem.rows_of(point.rows, k),
-        penetration=None, solver=point.solver,
+        penetration=penetration.deepest(part, x), solver=point.solver,
     )  # fmt: skip
 
 
@@ -299,7 +326,7 @@ def left(state: StripsEquilibrium) -> StripsEquilibrium:
                 near, point = problem, minimised(problem, x, {"mu_init": 1e-5, "max_iter": 300, "reach": 0.3})
             if point.residual > RESIDUAL_TOLERANCE:
                 continue
-            other = judged(*touch.kept(near, point))
+            other = judged(*settled(near, point))
             if other.ok and other.energy.total < min(best.energy.total, state.energy.total - 1e-9):
                 best = replace(other, left=state.energy.total - other.energy.total)
         if best is not state:
@@ -316,9 +343,9 @@ def _fields(problem: StripsProblem) -> Iterator[slice]:
 def refined(state: StripsEquilibrium, parts: int = 2) -> StripsEquilibrium:
     """The same strips on segments cut into `parts`, begun at `state`."""
     old = state.problem
-    fresh = old.with_parts([{"lengths": np.repeat(part.lengths / parts, parts)} for part in old.parts])
+    fresh = old.with_parts([{"lengths": np.repeat(part.lengths / parts, parts), "touching": ()} for part in old.parts])
     x = np.concatenate([transferred(part, old.own(state.x, k), fresh.parts[k]) for k, part in enumerate(old.parts)])
-    return judged(*touch.kept(*_found(fresh, x, {"mu_init": 1e-5}, None)))
+    return judged(*settled(*_found(fresh, x, {"mu_init": 1e-5}, None)))
 
 
 def distance(one: StripsEquilibrium, other: StripsEquilibrium) -> float:

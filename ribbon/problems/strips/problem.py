@@ -14,7 +14,7 @@ border, carried to the end: 7 unknowns a strip, whatever its segments.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Self
@@ -145,6 +145,14 @@ class StripsProblem:
         """Multipliers of the rows of strip k in its own units."""
         return np.asarray(rows[self._own_rows[k]] / self.stiffness_over[k])
 
+    def rows_from(self, own: Sequence[FloatArray], others: FloatArray) -> FloatArray:
+        """Multipliers of all rows: those of every strip in its own units, and those of what joins and parts them."""
+        found = np.empty(self.row_count)
+        for k, values in enumerate(own):
+            found[self._own_rows[k]] = self.stiffness_over[k] * values
+        found[self.row_count - others.size :] = others
+        return found
+
     def end_columns(self, end: End) -> tuple[IntArray, IntArray]:
         """Columns of position (3,) and quaternion (4,) of an end."""
         joint = self.parts[end.strip].layout.joint(end.joint)
@@ -219,6 +227,8 @@ class StripsProblem:
     def constraint_bounds(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds of the rows."""
         lower, upper = np.zeros(self.row_count), np.zeros(self.row_count)
+        for own, part in zip(self._own_rows, self.parts, strict=True):
+            lower[own], upper[own] = part.constraint_bounds()
         for name, where in self.block_slices().items():
             rows = self.blocks()[name]
             lower[where], upper[where] = rows.lower, rows.upper
@@ -313,8 +323,8 @@ class StripsProblem:
             columns, rows = columns + at, rows + at
             if not part.is_held:
                 columns[:START] = border
-                if "start_norm" in part.blocks():
-                    rows[part.block_slices()["start_norm"]] = border
+                for block, where in self._at_the_start(part):
+                    rows[where] = np.where(block, border, rows[where])
             column[self.offsets[k] : self.offsets[k + 1]] = columns
             row[self._own_rows[k]] = rows
             at += part.lengths.size + 1
@@ -327,6 +337,16 @@ class StripsProblem:
             np.maximum.at(latest, place, local[of])
             row[where] = np.where(latest < 0, border, latest)
         return column, row
+
+    @staticmethod
+    def _at_the_start(part: Part) -> Iterator[tuple[NDArray[np.bool_], slice]]:
+        """Which rows of each block of a strip depend on its start alone, which is border."""
+        for name, where in part.block_slices().items():
+            block = part.blocks()[name]
+            place, of = block.jacobian_structure()
+            alone = np.ones(block.count, dtype=bool)
+            np.logical_and.at(alone, place, of < START)
+            yield alone, where
 
     def jacobian_matrix(self, x: FloatArray) -> scipy.sparse.csr_matrix:
         """The Jacobian (rows, size)."""

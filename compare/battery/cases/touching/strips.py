@@ -179,7 +179,7 @@ def _cross(rung: Rung) -> Iterator[Check]:
 def _many(rung: Rung) -> Iterator[Check]:
     """So many light strips across one."""
     count = int(rung)
-    places = np.linspace(0.35, 0.95, count) if count > 1 else [0.8]
+    places = np.linspace(0.2, 0.95, count) if count > 1 else [0.8]
     members = [_low(), *(_across(float(x), -0.8, 1.0, 0.01, f"high_{k}") for k, x in enumerate(places))]
     found = strips.solve(members, (), Gravity(UP), "kirchhoff", APART, budget=BUDGET)
     yield from _apart(found, members)

@@ -1,0 +1,140 @@
+"""Several strips on walls and along paths: the uncut strip, statics, and what is refused."""
+
+import numpy as np
+import pytest
+
+from ribbon import Clamp, Gravity, RibbonInputError, Strip, Wall, solve
+from ribbon.find.continuation import switch
+from ribbon.find.solve import build
+from ribbon.find.strips import path
+from ribbon.find.strips import solve as strips
+from ribbon.find.strips.assemble import Member, assembled
+from ribbon.obstacle import Obstacle
+from ribbon.problems.strips.joint import End, Joint
+from ribbon.solid import Solid
+from tests.ribbon.strips.strips_scenes import OBLIQUE, SECTION, UP, chain, cut
+
+S = np.linspace(0.0, 1.0, 41)
+GAMMA, CURVATURE = 30.0, 0.5
+WALLS = {
+    "plane": Wall((-0.25, 0.0, 0.0), (1.0, 0.0, 0.0)),
+    "oblique plane": Wall((-0.25, 0.0, 0.0), (np.cos(0.2), np.sin(0.2), 0.0)),
+    "cylinder": Obstacle("cylinder", (-0.35, -0.2, 0.9), 0.1, (0.0, 1.0, 0.0)),
+    "edge": Solid("edge", (-0.25, -0.2, 0.9), 1e-2, (0.0, 1.0, 0.0), normal=(1.0, 0.0, 0.0)),
+}
+
+
+def whole(walls, energy, clamp=OBLIQUE):
+    strip = Strip(length=1.0, natural_curvature=CURVATURE, gamma=GAMMA, **SECTION)
+    return solve(strip, clamp, UP, energy=energy, segments=12, formulation="mixed", walls=walls)
+
+
+def places(state, parts):
+    return np.vstack([state.positions(k, S) / parts for k in range(parts)])
+
+
+@pytest.mark.parametrize(
+    ("name", "energy"),
+    [*((name, "kirchhoff") for name in WALLS), *((name, "wunderlich") for name in WALLS if name != "cylinder"),
+     pytest.param("cylinder", "wunderlich", marks=pytest.mark.validate)],
+)  # fmt: skip
+def test_a_strip_cut_and_joined_on_a_wall_is_the_uncut_one(name, energy):
+    """Shape and energy to 1e-8, the wall's force to 1e-6, on joints and at places between them."""
+    one = whole([WALLS[name]], energy)
+    assert one.ok
+    for parts in (2, 3):
+        found = strips.solve(cut(parts, 12, GAMMA, CURVATURE), chain(parts), UP, energy, walls=[WALLS[name]])
+        assert found.ok
+        assert found.energy.total * parts == pytest.approx(one.energy.total, rel=1e-8)
+        there = np.vstack([one.position((k + S) / parts) for k in range(parts)])
+        assert np.abs(places(found, parts) - there).max() < 1e-8
+        force = parts**2 * np.sum([strip.walls[0].force for strip in found.strips], axis=0)
+        assert force == pytest.approx(one.walls[0].force, abs=1e-6)
+        assert np.linalg.norm(force) > 0.1
+        assert found.penetration <= 1e-6
+
+
+def test_a_wall_out_of_reach_changes_nothing():
+    far = Wall((-5.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    members = cut(2, 12, GAMMA, CURVATURE)
+    here, alone = strips.solve(members, chain(2), UP, walls=[far]), strips.solve(members, chain(2), UP)
+    assert here.energy.total == pytest.approx(alone.energy.total, rel=1e-10)
+    assert here.penetration == 0.0
+    assert alone.penetration is None
+    assert max(float(np.abs(strip.walls[0].force).max()) for strip in here.strips) < 1e-8
+
+
+def test_a_strip_hung_on_another_lies_on_a_table():
+    """The second one, joined by a hinge, comes to rest on the table along a line: joint and table carry its weight."""
+    table = Wall((0.0, 0.0, -0.5), (0.0, 0.0, 1.0))
+    level = Clamp((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    members = [Member(Strip(length=1.0, gamma=2.0, **SECTION), level, segments=10),
+               Member(Strip(length=1.0, gamma=2.0, **SECTION), segments=10)]  # fmt: skip
+    joints = [Joint(End(0, -1), End(1, 0), "hinge")]
+    found = strips.solve(members, joints, Gravity((0.0, 0.0, 1.0)), "kirchhoff", walls=[table])
+    assert found.ok
+    assert found.penetration <= 1e-6
+    carried = sum(strip.walls[0].force for strip in found.strips)
+    assert found.strips[0].start.force + carried == pytest.approx([0.0, 0.0, 4.0], abs=1e-7)
+    assert found.joints[0].force + found.strips[1].walls[0].force == pytest.approx([0.0, 0.0, 2.0], abs=1e-7)
+    assert found.strips[1].walls[0].force[2] > 0.5
+
+
+@pytest.mark.parametrize(
+    "wall", [Wall((0, 0, -1.0), (0, 0, 1.0), stiffness=3.0), Wall((0, 0, -1.0), (0, 0, 1.0), friction=0.3)]
+)
+def test_plates_on_springs_and_friction_are_refused(wall):
+    with pytest.raises(RibbonInputError, match="rigid and without friction"):
+        strips.solve(cut(2, 12, GAMMA, CURVATURE), chain(2), UP, walls=[wall])
+
+
+def test_strips_that_no_clamp_holds_have_no_wall():
+    with pytest.raises(RibbonInputError, match="clamp"):
+        strips.solve(cut(2, 12, 0.0, CURVATURE, None), chain(2), walls=[WALLS["plane"]])
+
+
+def _lowered(t):
+    return Clamp((0.1 - 0.3 * t, -0.2, 0.3 + 0.05 * t), (0.0, 0.0, 1.0), (-np.sqrt(0.5), np.sqrt(0.5), 0.0))
+
+
+def test_a_cut_strip_that_is_lowered_on_a_wall_is_the_uncut_one():
+    """Its clamp moves down by 0.3 in increments, from clear of the wall to where it lies on it."""
+    wall = Wall((-0.85, 0.0, 0.0), (1.0, 0.0, 0.0))
+    strip = Strip(length=1.0, natural_curvature=CURVATURE, gamma=GAMMA, **SECTION)
+    one = whole([wall], "kirchhoff")
+    for t in (0.25, 0.5, 0.75, 1.0):
+        near = build(strip, _lowered(t), UP, energy="kirchhoff", segments=12, formulation="mixed", walls=[wall])
+        one = switch(near, one)
+    assert one.ok
+
+    def at(t):
+        members = cut(2, 12, GAMMA, CURVATURE, _lowered(t))
+        return assembled(members, chain(2), UP, "kirchhoff", walls=[wall])
+
+    start = strips.solve(cut(2, 12, GAMMA, CURVATURE), chain(2), UP, "kirchhoff", walls=[wall])
+    assert np.abs(start.strips[1].walls[0].force).max() < 1e-8
+    found, t, log = path.follow(at, start, 4)
+    assert t == 1.0
+    assert found.ok
+    assert all(one.kept for one in log)
+    assert found.strips[1].walls[0].contacts.size
+    there = np.vstack([one.position(0.5 * S), one.position(0.5 + 0.5 * S)])
+    assert np.abs(places(found, 2) - there).max() < 1e-7
+    assert 2.0 * found.energy.total == pytest.approx(one.energy.total, rel=1e-8)
+
+
+def test_a_path_that_leads_to_nothing_says_how_far_it_got():
+    """Both ends clamped and drawn apart until the strips are too short."""
+    straight = Clamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+
+    def members(t):
+        end = Clamp((0.0, 0.0, 1.6 + 0.6 * t), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+        return [Member(Strip(length=1.0, **SECTION), straight, segments=6, curvature=(2.0,)),
+                Member(Strip(length=1.0, **SECTION), None, end, segments=6, curvature=(-2.0,))]  # fmt: skip
+
+    start = strips.solve(members(0.0), chain(2), energy="kirchhoff")
+    assert start.ok
+    found, t, log = path.follow(lambda t: assembled(members(t), chain(2), energy="kirchhoff"), start)
+    assert 0.5 < t < 0.67
+    assert not log[-1].kept
+    assert found.ok
