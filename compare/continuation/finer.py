@@ -3,20 +3,23 @@ it was."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from compare.continuation import locate
-from compare.continuation.correct import CARRIED, at, corrected, tangent
+from compare.continuation.correct import CARRIED, corrected, tangent
 from compare.continuation.follow import follow
+from compare.continuation.placed import around, on_its_elements, on_moved_elements
 from compare.continuation.point import Options, Point, Special
 from compare.continuation.system import FloatArray, System
 
-#: Windows around the step in which it was found, in units of it, in which it is looked for.
-WINDOWS = ((0.0, 1.0), (-0.5, 1.5), (-1.0, 2.0), (-2.0, 3.0))
 #: Least |dt/darc| of a branch that is compared at one t; along a steeper one t is what the mesh moves.
 LEVEL = 0.03
 #: Conditions of one side that may change with the elements, at the most.
 CHANGES = 12
+#: Points, and arc length over the step in which it was found, within which a special point is walked to.
+_WALK, _FAR = 24, 8.0
 
 
 def relocated(special: Special, options: Options | None = None) -> Special | None:
@@ -25,18 +28,8 @@ def relocated(special: Special, options: Options | None = None) -> Special | Non
     start = _carried(special.before, options, level=False)
     if start is None:
         return None
-    for back, ahead in WINDOWS:
-        first = start if back == 0.0 else at(start, back * special.reach, options.tolerance)
-        if first is None:
-            continue
-        reach = (ahead - back) * special.reach
-        after = at(first, reach, options.tolerance)
-        if after is None:
-            continue
-        same = [one for one in _found(first, after, reach, options) if one.kind == special.kind]
-        if same:
-            return min(same, key=lambda one: abs(one.point.t - special.point.t))
-    return None
+    found = around(start, special, special.reach, options)
+    return _walked(start, special, options) if found is None else on_its_elements(found, options)
 
 
 def is_level(point: Point) -> bool:
@@ -71,12 +64,17 @@ def continued(before: Point, t: float, options: Options | None = None) -> Point 
     return last if run.ended == "range" and last.t == t else None
 
 
-def _found(first: Point, after: Point, reach: float, options: Options) -> list[Special]:
-    slacks = after.system.slacks(after.z, after.t)
-    if (slacks < -locate.BROKEN).any():
-        event = locate.broken(first, after, reach, options)
-        return [] if event is None else [event[0]]
-    return locate.specials(first, after, reach, options) or []
+def _walked(start: Point, special: Special, options: Options) -> Special | None:
+    """The same one on the branch through `start`, its elements moving with it: on the side on which it has to be.
+    None for elements that stay: there it would have been within reach."""
+    point, (dz, _) = special.point, special.before.tangent
+    if point.system.moved(point.z, point.t, dz[:, None])[0] is point.system:
+        return None
+    first = on_moved_elements(start, options)
+    first = first if first.unstable == special.before.unstable else first.turned()
+    short = replace(options, step=0.25 * special.reach, most=special.reach, steps=_WALK)
+    run = follow(first, options=short, on_point=lambda point: point.arc - first.arc < _FAR * special.reach)
+    return next((one for one in run.specials if one.kind == special.kind), None)
 
 
 def _carried(point: Point, options: Options, level: bool) -> Point | None:

@@ -14,7 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from compare.continuation import bordered, locate
-from compare.continuation.correct import CARRIED, at, corrected, tangent
+from compare.continuation.correct import at, corrected, tangent
+from compare.continuation.placed import carried_on, on_its_elements
 from compare.continuation.point import Options, Point, Run, Special, length, product
 from compare.continuation.system import FloatArray
 
@@ -46,10 +47,11 @@ def follow(
                 return Run(tuple(points), tuple(found), "stuck", refused)
             continue
         there, ahead, between, landed = moved
-        found += between
+        found += [on_its_elements(special, options) for special in between]
         events = [special for special in between if special.kind == "event"]
         if not events:
-            there = _on_moved_elements(there, options, landed)
+            there, more = carried_on(here, there, options, landed)
+            found += [on_its_elements(special, options) for special in more]
         if not there.system.resolved(there.z, there.t):
             return Run(tuple(points), tuple(found), "unresolved", refused)
         points.append(there)
@@ -65,22 +67,6 @@ def follow(
         else:
             step = min(step, options.most) * (1.0 if there.iterations <= options.easy + 2 else 0.7)
     return Run(tuple(points), tuple(found), "steps", refused)
-
-
-def _on_moved_elements(point: Point, options: Options, landed: bool) -> Point:
-    """The point on elements that follow what is sudden in its shape, across its tangent, or, where it has landed on an
-    end of the range, at its t; itself where they need not move, or it is not found there."""
-    dz, dt = point.tangent
-    system, z, directions = point.system.moved(point.z, point.t, dz[:, None])
-    if system is point.system:
-        return point
-    along = directions[:, 0], dt
-    across = (np.zeros(system.size), 1.0) if landed else along
-    found = corrected(system, z, point.t, across, (z, point.t), 0.0, options.tolerance, CARRIED)
-    side = None if found is None else tangent(system, found[0], found[1], along)
-    if found is None or side is None or side[1] != point.unstable:
-        return point
-    return replace(point, system=system, z=found[0], t=found[1], tangent=side[0], norm=found[3])
 
 
 def _bend(here: Point, there: Point) -> tuple[FloatArray, float] | None:

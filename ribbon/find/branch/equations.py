@@ -44,6 +44,8 @@ _STEP = 1e-4
 #: Part of the way to a bound that a step goes at most.
 _WAY = 0.9
 _KEPT = 12
+#: Part of a least element by which a passage may be beside its joint: within an element it has a stiffness of its own.
+_STANDS = 0.05
 #: Norm of the residual from which multipliers are balanced anew.
 _BALANCED = 1e-11
 #: Part of a bound up to which slopes are inside it, and the largest change of xi in a step.
@@ -350,10 +352,18 @@ class Equations:
         problem = self.problem(t)
         now = passed(self.lengths, problem.joint_values(self.whole(z, t)[0])[0])
         if now.size == self.placed.size and (
-            not now.size or float(np.abs(now - self.placed).max()) <= 0.5 * self.grading.least
+            not now.size or float(np.abs(now - self.placed).max()) <= _STANDS * self.grading.least
         ):
             return self, z, directions
-        return self._carried(z, t, directions, self.grading.lengths(now), self.grading, now)
+        found = self._carried(z, t, directions, self.grading.lengths(now), self.grading, now)
+        self._forget(t)
+        return found
+
+    def _forget(self, t: float) -> None:
+        """Drops what can be made again: a branch on moving elements has a system for every point."""
+        for other in [key for key in self._problems if key != t]:
+            del self._problems[other]
+        self.__dict__.pop("_saddle", None)
 
     def _in_layers(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Equations, FloatArray, FloatArray]:
         problem, (x, rows) = self.problem(t), self.whole(z, t)

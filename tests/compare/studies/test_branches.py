@@ -226,18 +226,18 @@ def test_the_command_writes_what_it_says(tmp_path, monkeypatch, capsys):
 
 
 def test_elements_that_follow_passages_see_the_fork_that_equal_ones_hold_shut():
-    """7.2: on three graded meshes it is at 0.3848 +- 0.001 (results/shift), on as few equal elements there is none."""
-    scene = load("shift_7_2").replace({"model.elements": 50})
+    """7.2: on three graded meshes it is at 0.3848 +- 0.001, on as many equal elements at 0.3367 (results/shift)."""
+    scene = load("shift_7_2").replace({"model.elements": 100})
     asked = Asked(branches=1, errors=False, moving=True)
-    (own,) = diagram(scene, "clamp.end.position[1]", 0.3, 0.42, asked=asked).branches
+    (own,) = diagram(scene, "clamp.end.position[1]", 0.34, 0.42, asked=asked).branches
     (fork,) = own.special
     assert fork.kind == "branch_point"
-    assert fork.parameter == pytest.approx(0.3848, abs=0.006)
+    assert fork.parameter == pytest.approx(0.3848, abs=0.003)
     assert [p.unstable for p in own.points if p.kind == "regular"] == [
         int(p.parameter > fork.parameter) for p in own.points if p.kind == "regular"
     ]
     meshes = [p.shape.equilibrium.problem.lengths for p in own.points]
-    assert min(m.min() for m in meshes) < 0.3 / 50
+    assert min(m.min() for m in meshes) < 0.3 / 100
     assert not np.array_equal(meshes[0], meshes[-1])
     for point in (own.points[0], own.points[-1]):
         joints = np.concatenate([[0.0], np.cumsum(point.shape.equilibrium.problem.lengths)])
