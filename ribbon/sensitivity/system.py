@@ -186,9 +186,9 @@ def _balanced(matrix: scipy.sparse.csc_matrix) -> tuple[FloatArray, scipy.sparse
     """Scaling (n,) of a symmetric matrix by the roots of its columns' largest entries, again and again (D. Ruiz, 2001),
     and the matrix so scaled. Raises `NotDifferentiable` where a column is empty."""
     scale, scaled = np.ones(matrix.shape[0]), matrix
-    filled = np.diff(matrix.indptr) > 0
+    empty = bool(np.any(np.diff(matrix.indptr) == 0))
     for _ in range(_SCALINGS):
-        largest = np.sqrt(np.maximum.reduceat(np.abs(scaled.data), matrix.indptr[:-1])) if filled.all() else filled * 0.0
+        largest = np.zeros(1) if empty else np.sqrt(np.maximum.reduceat(np.abs(scaled.data), matrix.indptr[:-1]))
         if not np.all(largest > 0.0):
             raise NotDifferentiable("singular", "a free unknown or an active row moves nothing")
         scale = scale / largest
