@@ -10,11 +10,16 @@ triangle and the curved surface it stands for: kappa ds^2 / 8, ds the grid's spa
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from compare.measure.grid import triangles
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 FloatArray = NDArray[np.float64]
 
@@ -23,8 +28,6 @@ class _Triangles:
     """Triangles (T, 3) of points (N, 3), ready for distances to them."""
 
     def __init__(self, points: FloatArray, corners: NDArray[np.int64]) -> None:
-        from scipy.spatial import cKDTree  # not before it is needed
-
         self.points = points
         self.a = points[corners[:, 0]]
         self.ab, self.ac = points[corners[:, 1]] - self.a, points[corners[:, 2]] - self.a
@@ -32,23 +35,37 @@ class _Triangles:
         self.radius = np.sqrt(
             np.max([_square(self.middle - points[corners[:, k]]) for k in range(3)], axis=0, initial=0.0)
         )
-        count = np.bincount(corners.ravel(), minlength=len(points))
-        used = np.nonzero(count)[0]
-        self._tree = cKDTree(points[used])
-        self._around = np.argsort(corners.ravel(), kind="stable") // 3  # triangles, vertex by vertex
-        self._first = np.concatenate([[0], np.cumsum(count[used])])
+        self._corners = corners
+
+    @cached_property
+    def _used(self) -> NDArray[np.int64]:
+        """Vertices (n,) of triangles."""
+        return np.unique(self._corners)
+
+    @cached_property
+    def _tree(self) -> cKDTree:
+        from scipy.spatial import cKDTree  # not before it is needed
+
+        return cKDTree(self.points[self._used])
+
+    @cached_property
+    def _fans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Triangles, vertex by vertex, and where those of every used vertex begin."""
+        count = np.bincount(self._corners.ravel(), minlength=len(self.points))[self._used]
+        return np.argsort(self._corners.ravel(), kind="stable") // 3, np.concatenate([[0], np.cumsum(count)])
 
     def nearest_vertex(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
-        """Distance (k,) and number (k,) of the vertex that is nearest to each point (k, 3)."""
+        """Distance (k,) and number (k,), among the used ones, of the vertex that is nearest to each point (k, 3)."""
         distance, vertex = self._tree.query(points)
         return distance, vertex
 
     def around(self, points: FloatArray, vertex: NDArray[np.int64]) -> FloatArray:
         """Least distance (k,) of each point (k, 3) to the triangles around its vertex (k,)."""
-        count = self._first[vertex + 1] - self._first[vertex]
+        around, first = self._fans
+        count = first[vertex + 1] - first[vertex]
         point = np.repeat(np.arange(len(points)), count)
         within = np.arange(point.size) - np.repeat(np.cumsum(count) - count, count)
-        triangle = self._around[np.repeat(self._first[vertex], count) + within]
+        triangle = around[np.repeat(first[vertex], count) + within]
         found = np.full(len(points), np.inf)
         np.minimum.at(found, point, self._squares(points[point], triangle))
         return np.sqrt(found)
@@ -56,6 +73,7 @@ class _Triangles:
     def exact(self, points: FloatArray, bound: FloatArray) -> FloatArray:
         """Distance (k,) of each point (k, 3) to the nearest triangle, which is no farther than its bound (k,)."""
         apart = np.sqrt(_square(points[:, None, :] - self.middle))
+        bound = np.minimum(bound, apart.min(axis=1))
         point, triangle = np.nonzero(apart - self.radius <= bound[:, None] * (1.0 + 1e-9) + 1e-300)
         found = bound**2
         np.minimum.at(found, point, self._squares(points[point], triangle))
@@ -90,16 +108,28 @@ def _to_edge(ap: FloatArray, edge: FloatArray) -> FloatArray:
     return _square(ap - t[:, None] * edge)
 
 
-def _farthest(points: FloatArray, other: _Triangles) -> float:
-    """The largest distance of `points` (N, 3) from the other surface.
+def _farthest(points: FloatArray, other: _Triangles, largest: float = 0.0) -> float:
+    """The largest distance of `points` (N, 3) from the other surface; `largest` where none is farther.
 
-    Each point has an upper bound: first the nearest vertex, then the triangles around it. Only points whose bound is
-    above the largest distance known are looked at more closely, those with the largest bounds first, at last against
-    every triangle that can be nearer.
+    Each point has an upper bound: where the other surface has as many points, the distance to its like, then the
+    nearest vertex, then the triangles around it. Only points whose bound is above the largest distance known are looked
+    at more closely, those with the largest bounds first, at last against every triangle that can be nearer.
     """
+    if len(points) == len(other.points):
+        apart = np.sqrt(_square(points - other.points))
+        for _ in range(_ALONE):
+            first = int(np.argmax(apart))
+            if apart[first] <= largest:
+                return largest
+            largest = max(largest, float(other.exact(points[first : first + 1], apart[first : first + 1]).max()))
+            apart[first] = 0.0
+            if np.count_nonzero(apart > largest) > _MANY:
+                break
+        points = points[apart > largest]
+    if not len(points):
+        return largest
     bound, vertex = other.nearest_vertex(points)
     order = np.argsort(-bound)
-    largest = 0.0
     for batch in np.split(order, range(_FIRST, order.size, _FIRST)):
         if bound[batch[0]] <= largest:
             break
@@ -113,8 +143,9 @@ def _farthest(points: FloatArray, other: _Triangles) -> float:
     return largest
 
 
-#: Points looked at together: against the triangles around a vertex, and against all triangles.
-_FIRST, _FEW = 2048, 8
+#: Points looked at together: against the triangles around a vertex, and against all triangles; and one by one where
+#: no more than many are left, before the nearest vertices are looked up.
+_FIRST, _FEW, _ALONE, _MANY = 2048, 8, 16, 100
 
 
 def hausdorff(
@@ -128,7 +159,7 @@ def hausdorff(
 
 
 def _apart(a: _Triangles, b: _Triangles) -> float:
-    return max(_farthest(a.points, b), _farthest(b.points, a))
+    return _farthest(b.points, a, _farthest(a.points, b))
 
 
 def grid_hausdorff(grid_a: FloatArray, grid_b: FloatArray) -> float:

@@ -31,9 +31,9 @@ SAGITTA = 2e-6
 CELLS = (400, 4000)
 
 
-def cells_along(largest_curvature: float) -> int:
-    """Cells along the strip so that ``kappa ds^2 / 8 <= SAGITTA``; `largest_curvature` in 1/l."""
-    wanted = math.sqrt(max(abs(largest_curvature), 1e-12) / (8.0 * SAGITTA))
+def cells_along(largest_curvature: float, sagitta: float = SAGITTA) -> int:
+    """Cells along the strip so that ``kappa ds^2 / 8 <= sagitta``; `largest_curvature` in 1/l, `sagitta` in l."""
+    wanted = math.sqrt(max(abs(largest_curvature), 1e-12) / (8.0 * sagitta))
     return int(min(max(math.ceil(wanted / 50.0) * 50, CELLS[0]), CELLS[1]))
 
 
@@ -58,9 +58,9 @@ class Grid:
     v: FloatArray
 
     @classmethod
-    def for_shape(cls, strip: Wide, largest_curvature: float) -> Grid:
-        """Fine enough for shapes of this curvature (1/l) of a strip, or of a scene's."""
-        along = cells_along(largest_curvature)
+    def for_shape(cls, strip: Wide, largest_curvature: float, sagitta: float = SAGITTA) -> Grid:
+        """Fine enough for shapes of this curvature (1/l) of a strip, or of a scene's: to `sagitta` (l)."""
+        along = cells_along(largest_curvature, sagitta)
         across = cells_across(strip.width, along)
         half = 0.5 * strip.width
         return cls(np.linspace(0.0, 1.0, along + 1), np.linspace(-half, half, across + 1))

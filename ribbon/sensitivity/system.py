@@ -122,14 +122,7 @@ class System:
         """Matrix, its symmetric scaling, and the factors of the scaled matrix."""
         a = self.jacobian[self.active][:, self.free]
         matrix = scipy.sparse.csc_matrix(scipy.sparse.bmat([[self.hessian[self.free][:, self.free], a.T], [a, None]]))
-        scale = np.ones(matrix.shape[0])
-        scaled = matrix
-        for _ in range(_SCALINGS):
-            largest = np.sqrt(np.asarray(abs(scaled).max(axis=0).todense()).ravel())
-            if not np.all(largest > 0.0):
-                raise NotDifferentiable("singular", "a free unknown or an active row moves nothing")
-            scale /= largest
-            scaled = scipy.sparse.csc_matrix(scipy.sparse.diags(scale) @ matrix @ scipy.sparse.diags(scale))
+        scale, scaled = _balanced(matrix)
         count = int(self.free.sum())
         below, above = self.point.problem.constraint_bounds()
         soft = np.concatenate([np.zeros(count), np.where((below != above)[self.active], _SOFT, 0.0)])
@@ -145,9 +138,10 @@ class System:
         matrix, scale, factors = self._scaled
         n = scale.size
         solve = scipy.sparse.linalg.LinearOperator(
-            (n, n), matvec=factors.solve, rmatvec=lambda b: factors.solve(b, "T"), dtype=float
-        )
-        scaled = scipy.sparse.diags(scale) @ matrix @ scipy.sparse.diags(scale)
+            (n, n), matvec=factors.solve, rmatvec=lambda b: factors.solve(b, "T"), matmat=factors.solve,
+            rmatmat=lambda b: factors.solve(b, "T"), dtype=float,
+        )  # fmt: skip
+        scaled = _times(matrix, scale)
         with np.errstate(all="ignore"):
             inverse = scipy.sparse.linalg.onenormest(solve)
         found = float(inverse * scipy.sparse.linalg.norm(scaled, 1))
@@ -180,6 +174,26 @@ class System:
         count = int(self.free.sum())
         dx[self.free], drows[self.active] = found[:count], found[count:]
         return dx, drows
+
+
+def _times(matrix: scipy.sparse.csc_matrix, scale: FloatArray) -> scipy.sparse.csc_matrix:
+    """The symmetric matrix (n, n) with rows and columns multiplied by `scale` (n,)."""
+    columns = np.repeat(scale, np.diff(matrix.indptr))
+    return scipy.sparse.csc_matrix((scale[matrix.indices] * matrix.data * columns, matrix.indices, matrix.indptr))
+
+
+def _balanced(matrix: scipy.sparse.csc_matrix) -> tuple[FloatArray, scipy.sparse.csc_matrix]:
+    """Scaling (n,) of a symmetric matrix by the roots of its columns' largest entries, again and again (D. Ruiz, 2001),
+    and the matrix so scaled. Raises `NotDifferentiable` where a column is empty."""
+    scale, scaled = np.ones(matrix.shape[0]), matrix
+    empty = bool(np.any(np.diff(matrix.indptr) == 0))
+    for _ in range(_SCALINGS):
+        largest = np.zeros(1) if empty else np.sqrt(np.maximum.reduceat(np.abs(scaled.data), matrix.indptr[:-1]))
+        if not np.all(largest > 0.0):
+            raise NotDifferentiable("singular", "a free unknown or an active row moves nothing")
+        scale = scale / largest
+        scaled = _times(matrix, scale)
+    return scale, scaled
 
 
 def _active(what: str, slack: FloatArray, push: FloatArray, possible: BoolArray) -> BoolArray:

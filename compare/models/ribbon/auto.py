@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.measure.grid import Grid
+from compare.measure.grid import SAGITTA, Grid
 from compare.models.base import Options, Seconds
 from compare.models.capabilities import Rival
 from compare.models.ribbon.build import AUTO_ENERGY
@@ -53,6 +53,8 @@ THICKNESS = "thickness"
 UNKNOWN = "it has no stable state, or what it leaves out is not known"
 #: The strip that tells of the others is solved to this part of the accuracy.
 _FINE = 0.3
+#: Part of the accuracy to which the distance of two strips is seen.
+_SEEN = 2e-3
 #: Twist l below which a strip stayed in its plane.
 _PLANE = 1e-6
 
@@ -138,7 +140,8 @@ def choose(scene: Scene, options: Options | None = None, say: Reporter | None = 
         steps.append(Step(REFERENCE, None, time.perf_counter() - clock))
         energy = REFERENCE if _asked(scene) else AUTO_ENERGY
         return Choice(energy, energy, accuracy, tuple(steps), False, rival=rival)
-    grid = Grid.for_shape(scene, float(np.abs(best.omega(np.linspace(0.0, 1.0, 2001))).max()))
+    bent = float(np.abs(best.omega(np.linspace(0.0, 1.0, 2001))).max())
+    grid = Grid.for_shape(scene, bent, max(_SEEN * accuracy, SAGITTA))
     left_out = beyond(scene, best)
     own = Step(REFERENCE, _known(left_out.distance), time.perf_counter() - clock, left_out.parts)
     for energy in LADDER[:-1]:

@@ -60,8 +60,6 @@ def is_probed(scene: Scene) -> bool:
 def probe(scene: Scene, equilibrium: Equilibrium) -> Rival | None:
     """The lowest rival of a stable equilibrium of the scene that the probe sees; None: none, or none was looked for
     (`is_probed`)."""
-    from ribbon.find.solve import solve_shape
-
     if not equilibrium.ok or not is_probed(scene):
         return None
     here = _counterpart(scene, equilibrium) if equilibrium.problem.fields.free else equilibrium
@@ -71,7 +69,7 @@ def probe(scene: Scene, equilibrium: Equilibrium) -> Rival | None:
     surface = here.surface(_ALONG, _ACROSS).grid
     best: Rival | None = None
     for omega, eta in _starts(here, scene.width):
-        there = solve_shape(here.problem, omega, np.clip(eta, -_STEEPEST, _STEEPEST))
+        there = _rest(here.problem, omega, np.clip(eta, -_STEEPEST, _STEEPEST))
         energy = there.energy.total
         if not there.ok or energy >= (own if best is None else best.energy) - _LOWER * max(1.0, abs(own)):
             continue
@@ -79,6 +77,19 @@ def probe(scene: Scene, equilibrium: Equilibrium) -> Rival | None:
         if apart > APART:
             best = Rival(here.problem.energy, float(energy), float(own), apart)
     return best
+
+
+def _rest(problem: Any, omega: FloatArray, eta: FloatArray) -> Equilibrium:
+    """Where the strip comes to rest from omega and eta (p + 1,) of its joints, which have kinks: where Newton's
+    iteration stops on the way it begins once more there, before anything that takes ten times as long is asked."""
+    from ribbon.find.solve import solve_from, solve_shape
+    from ribbon.solvers import choose
+
+    with choose.using("newton"):
+        there = solve_shape(problem, omega, eta)
+        if not there.ok and np.all(np.isfinite(there.x)):
+            there = solve_from(problem, there.x)
+    return there if there.ok else solve_shape(problem, omega, eta)
 
 
 def either_side(scene: Scene, equilibrium: Equilibrium, best: Equilibrium) -> tuple[Equilibrium, ...]:

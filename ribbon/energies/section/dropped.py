@@ -94,7 +94,7 @@ class Dropped:
         s = lengths[:, None] * _NODES
         k, t = q[:, :1] * s + q[:, 1:2], q[:, 2:3] * s + q[:, 3:4]
         curl = self.curl(k, t, natural)
-        by_s = np.einsum("ij,pjn->pin", _D, curl) / lengths[:, None, None]
+        by_s = _D @ curl / lengths[:, None, None]
         weight = lengths[:, None] * _WEIGHTS * (1.0 - self.stiff(k))
         twist = (1.0 - self.poisson) * self.width**2
         by_k, by_t = (np.repeat(q[:, i], k.shape[1]) for i in (0, 2))
@@ -102,7 +102,7 @@ class Dropped:
         ruled = added(k.ravel(), t.ravel(), by_k, by_t, section).reshape(k.shape)
         ruled -= (1.0 - self.stiff(k)) * self.width**2 / 24.0 * q[:, 2:3] ** 2
         return {
-            "along": twist * np.einsum("pg,pgn,nm,pgm->p", weight, by_s, _SLOPE, by_s),
+            "along": twist * np.sum(weight * np.einsum("pgn,pgn->pg", by_s @ _SLOPE, by_s), axis=1),
             "odd": -((self.poisson * self.width) ** 2) / 24.0 * weight.sum(axis=1) * q[:, 2] ** 2,
             "between": np.sum(weight * (1.0 + self.stiff(k)) * ruled, axis=1),
         }
@@ -112,7 +112,7 @@ class Dropped:
         curl = self.curl(k, t, natural)
         y = self._c4 * k * k
         gained = 0.5 * np.sum(curl**2 * (1.0 + y[..., None] * _A), axis=-1)
-        twist = (1.0 - self.poisson) * self.width**2 * np.einsum("...n,nm,...m->...", curl, _SLOPE, curl)
+        twist = (1.0 - self.poisson) * self.width**2 * np.einsum("...n,...n->...", curl @ _SLOPE, curl)
         bend = 0.125 * self.width**4 * np.sum(curl**2 * _A, axis=-1)
         return np.asarray(np.sqrt(gained * (twist + 2.0 * np.sqrt(gained * bend))))
 
