@@ -17,7 +17,6 @@ MOST_SHIFT = 1e12
 MOST_DESCENT = 120  # iterations of all kicks together
 EQUAL = 1e-6  # part of the largest entry within which others are as large
 HASTY = 0.3  # a larger step down from a state that is no equilibrium is tried again, shorter
-FALLING = 1.0  # the same of one that falls, where larger steps lead nowhere
 FALL = 100.0  # first shift for a strip that falls onto walls, D / (areal mass l^4)
 KICKS = (0.02, 0.05, 0.1, 0.2, 0.4)  # over the size of the surface
 #: Of a surface on walls these first: a fold that touches along one row of nodes is held there as by a hinge, and rests
@@ -151,7 +150,7 @@ def settled(equilibrium: Equilibrium, state: np.ndarray, stage: Stage, load: flo
     equilibrium.model.set_control(stage.at(load))
     pressed = equilibrium.supports.floating is None  # what falls moves far, what is pressed gives way by little
     none = np.zeros_like(state)
-    for most in (HASTY,) if pressed else (None, FALLING):
+    for most in (HASTY,) if pressed else (None, HASTY):
         attempt = _descend(equilibrium, state, none, FALL, stage, load, MOST_DESCENT, unstressed=True, most=most)
         if attempt.converged:
             return attempt

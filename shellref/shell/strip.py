@@ -72,11 +72,12 @@ class Strip:
         return np.hstack(natural_strip(s, v, position, frame, self.start_curvature))
 
     def _lying(self) -> np.ndarray:
-        """A frame whose normal is the carrying wall's."""
+        """The frame at S = 0 of a strip whose normal is the carrying wall's in its middle: an arch is level."""
         normal = np.array(carrying(self.problem).normal)
         across = np.eye(3)[int(np.argmin(np.abs(normal)))]
         tangent = np.cross(across, normal) / np.linalg.norm(np.cross(across, normal))
-        return np.stack([np.cross(normal, tangent), normal, tangent], axis=1)
+        middle = np.stack([np.cross(normal, tangent), normal, tangent], axis=1)
+        return _turned(middle, -float(turning_angle(np.array([0.5]), self.start_curvature)[0]))
 
     def _on_walls(self, state: np.ndarray) -> np.ndarray:
         return state + np.append(lifted(self.problem, state[:, :3], state[:, 3:]), np.zeros(3))

@@ -17,6 +17,7 @@ from compare.scene.scene import Scene, load
 from ribbon import Equilibrium
 from shellref.path.begin import Beginning
 from shellref.shell.result import ShellResult
+from shellref.shell.surface import ShellSurface
 from tests.validation import page
 from tests.validation.number import Number
 from tests.validation.ribbon import moebius_table
@@ -25,6 +26,9 @@ from tests.validation.ribbon import moebius_table
 #: and the ribbon's segments.
 RATIO, MESHES, SEGMENTS = 400.0, ((60, 4), (100, 6)), 200
 STATES = tuple(moebius_table.SCENES)
+#: A finer mesh of the fallen band, begun at the shell of the last of `MESHES`; parts of an element by which a band is
+#: slid along itself before it settles again.
+FINEST, PARTS = (160, 8), (-0.25, -0.125, -0.05, 0.0, 0.125, 0.25, 0.375, 0.5)
 #: Places whose abscissae are closer are one foot, l; points of the surfaces for distances.
 FOOT, POINTS = 0.05, (401, 5)
 
@@ -51,6 +55,34 @@ def shell(state: str, mesh: tuple[int, int]) -> ShellResult:
     if found is None:
         raise AssertionError(f"{state}, {mesh}: no equilibrium near the ribbon's")
     return found
+
+
+def begun_at(state: str, mesh: tuple[int, int], start: ShellSurface) -> ShellResult:
+    """The shell that settles at a shell's surface."""
+    scene = scene_of(state)
+    problem, options = shell_problem(scene, RATIO, mesh), replace(shell_options(scene), begin="given")
+    found = Beginning(problem, options, lambda event: None, None, "self").solve(start)
+    if not found.walls or found.status.value != "converged":
+        raise AssertionError(f"{state}, {mesh}: {found.message}")
+    return found
+
+
+def slid(surface: ShellSurface, by: float) -> ShellSurface:
+    """A Moebius band whose abscissae have moved on by `by` (l, less than 1): behind the seam it is turned over."""
+    s, v = surface.s_nodes, surface.v_nodes
+    points, directors = np.empty_like(surface.points), np.empty_like(surface.directors)
+    for row, at in enumerate((s + by) % 1.0):
+        side = 1.0 if 0.0 <= s[row] + by <= 1.0 else -1.0
+        at = 1.0 if s[row] + by == 1.0 else at
+        points[row] = surface.grid(np.array([at]), side * v)[0]
+        directors[row] = side * surface.director(np.array([[at]]), side * v[None, :])[0]
+    return ShellSurface(s, v, points, directors, surface.degree)
+
+
+@cache
+def moved(part: float) -> ShellResult:
+    """The fallen band on the coarser mesh, begun where it lay, slid along itself by a part of an element."""
+    return begun_at("fallen", MESHES[0], slid(shell("fallen", MESHES[0]).surface, part / MESHES[0][0]))
 
 
 @dataclass(frozen=True)
@@ -169,6 +201,16 @@ def _numbers() -> dict[str, Number]:
     numbers["foot_fallen"] = Number(first[1].s, 0.5 / MESHES[1][0], "l", ".3f")
     own = ribbon_feet(ribbon("fallen"))[0], ribbon_feet(ribbon("fallen", 100))[0]
     numbers["ribbon_share_fallen"] = Number(own[0].share, max(abs(own[0].share - own[1].share), 1e-4), "", ".3f")
+    fine = begun_at("fallen", FINEST, shell("fallen", MESHES[1]).surface)
+    change = abs(total("fallen", fine) - total("fallen", shell("fallen", MESHES[1])))
+    numbers["total_finest"] = Number(total("fallen", fine), change, "D w / l", ".2f")
+    numbers["share_finest"] = Number(
+        shell_feet(fine)[0].share, abs(shell_feet(fine)[0].share - first[1].share), "", ".4f"
+    )
+    numbers["left_finest"] = Number(left("fallen", fine)[1], 1e-4, "D w / l", ".3f")
+    slidings = [moved(part).residual["sliding"] for part in PARTS[1:3]]
+    numbers["sliding_before"] = Number(slidings[0], 1e-4, "D w / l^2", "+.2f")
+    numbers["sliding_after"] = Number(slidings[1], 1e-4, "D w / l^2", "+.2f")
     numbers["ribbon_foot_fallen"] = Number(own[0].s, 1.0 / SEGMENTS, "l", ".3f")
     return numbers
 
@@ -201,6 +243,25 @@ def run(out: Path) -> dict[str, Number]:
         "nodes are pushed, a band that slid by half an element would stand on others, and the sliding, which "
         "nothing else resists, is held. It is that force times one arm in each state, on either mesh: "
         f"{'; '.join(arms)} l.",
+        "## Slid along itself",
+        f"The fallen band on {MESHES[0][0]} x {MESHES[0][1]} elements, begun where it lay but slid by a part of an "
+        "element: each is a stable state of its mesh, where the band is held, at energies that differ in the fourth "
+        f"digit. Between {PARTS[1]:g} and {PARTS[2]:g} of an element the second foot goes over from one node to the "
+        f"next, the energy is least and the mesh's own force goes from {numbers['sliding_before']} to "
+        f"{numbers['sliding_after']} D w / l^2: there it vanishes, and the moment with it, which is that force times "
+        "nearly one arm everywhere. No start that was slid settled on both nodes.",
+        page.table(
+            ["slid by, elements", "total", "sliding", "moment left", "arm", "carried"],
+            [[f"{part:g}", f"{total('fallen', one):.5f}", f"{one.residual['sliding']:+.3f}",
+              f"{left('fallen', one)[1]:.4f}", f"{left('fallen', one)[1] / abs(one.residual['sliding']):.3f}",
+              _cells(shell_feet(one))] for part, one in ((part, moved(part)) for part in PARTS)],
+        ),
+        f"On {FINEST[0]} x {FINEST[1]} elements none is found from the ribbon's surface: a first step down brings more "
+        "than a thousand nodes to the table at once, and a start 4e-3 l away is too far for the narrow foot. From the "
+        f"shell on {MESHES[1][0]} x {MESHES[1][1]} it settles, at {_with(numbers['total_finest'])} D w / l, "
+        f"{_with(numbers['share_finest'])} of the weight on its first foot, {numbers['left_finest']} D w / l of moment "
+        "left.",
+        "## Numbers",
         "On the finer mesh, with the change from the coarser one (of a foot half an element): table on edge "
         f"{numbers['lift_edge']}, fallen {numbers['lift_fallen']} D w / l^2; first foot of the fallen shell at "
         f"{_with(numbers['foot_fallen'])} l with {_with(numbers['share_fallen'])} of the weight, of the ribbon at "
