@@ -110,8 +110,9 @@ def _alike(fast: State, back: State, finer: int) -> bool:
         return False
     one, other = fast.energy.total, back.energy.total
     known = (fast.errors.get("energy") or {}).get("total")
-    error = ROUNDING * max(1.0, abs(one)) if finer == 1 else known
-    return error is not None and abs(one - other) <= error
+    if one is None or other is None or (finer > 1 and known is None):
+        return False
+    return bool(abs(one - other) <= (ROUNDING * max(1.0, abs(one)) if finer == 1 else known))
 
 
 def _apart(state: State, there: NDArray[np.float64], grid: Grid, motions: Motions | None) -> float:

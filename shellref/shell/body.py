@@ -119,7 +119,7 @@ class Body:
     forces: Callable[[Grid, np.ndarray], np.ndarray] | None = None
     couples: Callable[[Grid, np.ndarray], np.ndarray] | None = None
     moment: Callable[[Grid, np.ndarray], EdgeMoment] | None = None  # one process only
-    walls: WallPath | None = None  # planes that it may touch; one process only
+    walls: WallPath | None = None  # what it may touch
     shear_factor: float = SHEAR_FACTOR  # of the transverse shear stiffness k G h
     closed: bool = False  # its ends are one: on several processes the first has both
     bends_along: bool = False  # h_e of the stabilisation: an element's length along S; else the root of its area

@@ -134,20 +134,20 @@ class ShellProblem:
     the arc ends; None: the natural curvature (the flat strip where that is no equilibrium).
     half_turns: the ends are joined after so many half turns about the tangent (0 a circle, 1 or -1 a Moebius band, two
     hands), None: the strip is open. A closed strip is held at its seam (clamp "edge") or nowhere ("free"); its path
-    begins with a circle of curvature start_curvature, whole turns of it (one process only).
+    begins with a circle of curvature start_curvature, whole turns of it.
     holds: what is held at S = 0 and S = 1 (shellref.holds.parts): "all", "frame" (at S = 1 that is `guided`),
     "position", "section" or "nothing"; of what is not held clamp_position, clamp_frame and `end` say where the
     beginning has it. The section of "position" is `sections`: "undeformed" is a straight edge that turns, "free" one of
     which the middle is held. Rigid motions that nothing resists are taken out.
     path: waypoints before the problem's own state.
-    walls: planes that it cannot cross (shellref.contact.walls.Wall; one process only); contact: what of it meets them,
+    walls: planes that it cannot cross (shellref.contact.walls.Wall); contact: what of it meets them,
     its "midsurface" or both "faces". A strip that nothing holds may have weight where walls carry it.
     shear_factor: k of the transverse shear stiffness k G h (docs/theory.md, eq. (7.4)); large: none.
-    obstacles: bodies that it cannot enter or leave (shellref.contact.obstacles.Obstacle; one process only), met as
+    obstacles: bodies that it cannot enter or leave (shellref.contact.obstacles.Obstacle), met as
     walls are. apart: distance (over l) that parts of it which face each other keep, middle surface from middle surface
-    (shellref.contact.pairs; one process only); None: it may run through itself. tip_moment (3,): moment of fixed
-    direction on the mean frame of the end edge (shellref.holds.moment), in D w / l; the start is held as a whole and
-    the end may turn (one process only).
+    (shellref.contact.pairs); None: it may run through itself. tip_moment (3,): moment of fixed direction on the mean
+    frame of the end edge (shellref.holds.moment), in D w / l; the start is held as a whole and the end may turn (one
+    process only).
     elements: (along, across). degree: of the elements, 2 or more. grading: size of the first element at a clamp, and of
     the elements at the two long edges, over the size of the even ones in the middle, in (0, 1]; 1 is an even mesh.
     edge_layer: width of the layer (over l) that gets two elements at clamps and edges instead of `grading`; "auto":
