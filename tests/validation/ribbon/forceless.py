@@ -66,7 +66,8 @@ def middle() -> FloatArray:
 
 @dataclass(frozen=True)
 class Passed:
-    """Of the branch at a place of the clamp: how far (l) from the middle, size of the end's force (D w / l^2), largest
+    """Of the branch at a place of the clamp: how far (l) from the middle, size of the end's force (D w / l^2), "
+    "largest
     distance (l) from the sphere that fits best, its radius and centre, |M| / (2 E)."""
 
     away: float
@@ -152,23 +153,29 @@ def run(out: Path) -> dict[str, Number]:
     if set(ends) != {"range"} or not 3.5 < order < 4.5 or abs(radius.value - by_moment.value) > 1e-9:
         raise AssertionError(f"{ends}, order {order}, radii {radius}, {by_moment}")
     _picture(out / "forceless.png")
-    rows = [[str(p), f"{f.force:.1e}", f"{f.off:.1e}", f"{f.radius:.10f}", f"{f.by_moment:.10f}"] for p, f in own.items()]
+    rows = [
+        [str(p), f"{f.force:.1e}", f"{f.off:.1e}", f"{f.radius:.10f}", f"{f.by_moment:.10f}"] for p, f in own.items()
+    ]
     every = passed(SEGMENTS[-1])
     page.write(
         out / "forceless.md", "A Sadowsky strip through a state without force: on a sphere",
         "python -m tests.validation forceless",
-        f"Clamped at the origin along x and, turned by {TURNED} rad about z, y, x, at the place where such an end has no "
-        f"force; there the clamp moves along x by +- {HALF} l. Where the end's force passes zero the centreline lies on a "
-        "sphere (Starostin and van der Heijden 2018); the solver is not told.",
+        f"Clamped at the origin along x and, turned by {TURNED} rad about z, y, x, at the place where such an end "
+        f"has "
+        f"no force; there the clamp moves along x by +- {HALF} l. Where the end's force passes zero the "
+        f"centreline lies on "
+        "a sphere (Starostin and van der Heijden 2018); the solver is not told.",
         "## Where the force is none",
-        page.table(["segments", "force, D w / l^2", "distance from the sphere, l", "radius, l", "moment / (2 energy), l"],
-                   rows),
+        page.table(
+            ["segments", "force, D w / l^2", "distance from the sphere, l", "radius, l", "moment / (2 energy), l"], rows
+        ),
         f"Order {order:.2f}. Radius {radius.value:.9f} +- {radius.error:.0e} l, centre "
         + ", ".join(f"{c.value:.7f} +- {c.error:.0e}" for c in centre)
         + " l. Moment over twice the energy, which asks nothing of the shape: "
         f"{by_moment.value:.9f} +- {by_moment.error:.0e} l.",
         "## Along the branch",
-        f"Off the sphere in proportion to the force: {low:.3e} to {high:.3e} l per D w / l^2 ({SEGMENTS[-1]} segments).",
+        f"Off the sphere in proportion to the force: {low:.3e} to {high:.3e} l per D w / l^2 "
+        f"({SEGMENTS[-1]} segments).",
         page.table(["clamp moved by, l", "force, D w / l^2", "distance from the sphere, l", "radius, l"],
                    [[f"{p.away:+.5f}", f"{p.force:.4f}", f"{p.off:.2e}", f"{p.radius:.6f}"] for p in every]),
         "![Distance from the sphere over the clamp's place; the strip on its sphere](forceless.png)",

@@ -1,8 +1,8 @@
 """Roman's strip under a falling roof as branches (thesis, 6.2.2, figures 6.12 to 6.14): from the free arch to i = 2.3.
 
 Places of contact are unknowns (`ribbon.find.branch.confined`), so that each event has a limit on ever finer elements.
-Independent: half waves by shooting (`tests.validation.ribbon.roman`), whose curvature at the floor, length of flat parts
-and force they are held to; the glued ribbon's minimiser; N folds alike are one fold with Gamma / N^3.
+Independent: half waves by shooting (`tests.validation.ribbon.roman`), whose curvature at the floor and force they are
+held to, and elliptic integrals; the glued ribbon's minimiser; N folds alike are one fold with Gamma / N^3.
 """
 
 from __future__ import annotations
@@ -363,30 +363,41 @@ def run(out: Path) -> dict[str, Number]:
     page.write(
         out / "roman_branches.md", "Roman's strip under a falling roof: branches with their events",
         "python -m tests.validation roman_branches",
-        f"Algorithm 3 (thesis, 6.2.2): Delta = {DELTA}, Gamma = {GAMMA:g}, the roof from H = {TOP} down to i = {LAST} "
+        f"Algorithm 3 (thesis, 6.2.2): Delta = {DELTA}, Gamma = {GAMMA:g}, the roof from H = {TOP} down to i = "
+        f"{LAST} "
         f"(H = {low():.6f}), rulings straight, floor at the clamps' height. Places of contact are unknowns (theory, "
-        "(8.8)): every event has a limit on arcs of 8, 16 and 32 elements. Unstable modes are counted in the plane, on "
+        "(8.8)): every event has a limit on arcs of 8, 16 and 32 elements. Unstable modes are counted in the "
+        "plane, on "
         "what touches; the strip aside of its plane is another page's ([states](roman_states/README.md)). "
-        "`ribbonbench branches roman_6_2 --along wall.roof.point[1] --from 0.19 --to 0.0195` follows the first of them.",
+        "`ribbonbench branches roman_6_2 --along wall.roof.point[1] --from 0.19 --to 0.0195` follows the first.",
         "## Events",
-        "*one*: from the free arch down. *on 1*, *on 2*: from one (two) folds with a hump on the flat part up, over a "
-        "fold, and down with two (three) folds. Independent: shooting on Roman's elastica (of N folds with Gamma / N^3, "
-        "over N); the height of the touch by extrapolating its force. Where the last of several folds touches, the roof "
-        "pushes none of them: two events in one place, which is not located again on finer arcs from three folds on.",
+        "*one*: from the free arch down. *on 1*, *on 2*: from one (two) folds with a hump on the flat part up, "
+        "over a "
+        "fold, and down with two (three) folds. Independent: shooting on Roman's elastica (of N folds with Gamma "
+        "/ N^3, over N); the height of the touch by extrapolating its force. Where the last of several folds "
+        "touches, the "
+        "roof pushes none of them: two events in one place, which is not located again on finer arcs from three "
+        "folds on.",
         page.table(HEADS, rows),
-        f"Under weight no flat part buckles. The floor's curvature comes to zero while the roof's is - sqrt(2 Gamma H) "
-        f"(Hamilton's function; kept to {hamilton:.0e} down to H = 0.12), so that the roof's contact stays a line, and a flat part on "
-        "the floor, lifted anywhere, weighs at once. What has buckled is an equilibrium apart from it, with one unstable "
-        "mode, that comes as near as one likes but not to it. On an endless heavy line (Hobbs 1984) it costs C Gamma^2 "
+        f"Under weight no flat part buckles. The floor's curvature comes to zero while the roof's is - sqrt(2 "
+        f"Gamma H) "
+        f"(Hamilton's function; kept to {hamilton:.0e} down to H = 0.12), so that the roof's contact stays a "
+        "line, and a flat part on the floor, lifted anywhere, weighs at once. What has buckled is an equilibrium "
+        "apart from it, with one "
+        "unstable mode, that comes as near as one likes but not to it. On an endless heavy line (Hobbs 1984) it "
+        "costs C Gamma^2 "
         "T^(-5/2), T the thrust:",
         page.table(
-            ["folds", "H / l", "hump above the flat state, D w / l", "on an endless line", "one fold more above it, D w / l"],
+            ["folds", "H / l", "hump above the flat state, D w / l", "on an endless line",
+             "one fold more above it, D w / l"],
             [[str(n), f"{h:g}", f"{up:.3e}", f"{line:.3e}", f"{more:.2f}"] for n, h, up, line, more in barriers],
         ),
-        "So the number of folds changes in a snap over that barrier, at no place of its own: a minimiser on 60 segments "
-        "snaps at H = 0.1161 ([page](roman.md)), where one fold and more than half its length flat are stable here, down to "
-        f"H = {lost[0][1]:.4f}. Above the fold at {limit('on 1', GAMMA, 'fold').value:.4f} one fold is all that there is of "
-        "these; below it both are stable.",
+        "So the number of folds changes in a snap over that barrier, at no place of its own: a minimiser on 60 "
+        "segments snaps at H = 0.1161 ([page](roman.md)), where one fold and more than half its length flat are "
+        "stable here, down "
+        f"to H = {lost[0][1]:.4f}. Above the fold at {limit('on 1', GAMMA, 'fold').value:.4f} one fold is all "
+        f"that there is "
+        "of these; below it both are stable.",
         "## Without weight",
         "All of the flat length may lie anywhere: on the floor and at the roof its shares are neutral, and have no "
         "unknowns. Then the tangent is regular. What buckles is the longest flat part that can be, thrust 4 pi^2 / "
@@ -396,8 +407,9 @@ def run(out: Path) -> dict[str, Number]:
         "N folds alike are one with Gamma / N^3 at N H, to rounding: so every N has its heights. At N H = "
         + ", ".join(f"{n * h:.5f} ({n})" for n, h in lost)
         + f" they lean over (one mesh; N in brackets), all at once; the branch that leaves one fold there {crossing}, "
-        f"that of the upright one does at H = {itself:.5f}, where its sides meet. At i = {LAST} that is passed by three folds "
-        "and less; four and more are flat on the floor, on lines at the roof, and upright.",
+        f"that of the upright one does at H = {itself:.5f}, where its sides meet. At i = {LAST} that is passed by "
+        f"three "
+        "folds and less; four and more are flat on the floor, on lines at the roof, and upright.",
         page.table(
             ["N", "N H: touches", "N H: flat on the floor", f"N H at i = {LAST}", "F / N^3 there"],
             [[str(n), f"{a:.6f}", f"{b:.6f}", f"{n * low():.5f}", "sides have met" if math.isnan(f) else f"{f:.2f}"]
@@ -464,7 +476,9 @@ def _picture(path: Path) -> None:
                       label=word if k == 0 else None)  # fmt: skip
         for one in run_.specials:
             mark = {"fold": "v", "branch_point": "D"}.get(one.kind, "o")
-            left.plot(at.height(one.point.t), one.point.system.energy(one.point.z, one.point.t), mark, color=colour, ms=5)
+            left.plot(
+                at.height(one.point.t), one.point.system.energy(one.point.z, one.point.t), mark, color=colour, ms=5
+            )
     left.set(yscale="log", xlabel="H / l", ylabel="energy, D w / l", xlim=(low(), TOP), ylim=(4.0, 2e3))
     left.invert_xaxis()
     left.legend(fontsize=8)
@@ -474,7 +488,9 @@ def _picture(path: Path) -> None:
     for run_, height_, word in states:
         line = shape(at_height(run_, GAMMA, height_)).plane(s)
         axes[1].plot(line[:, 0], line[:, 1] - lift, "C0")
-        axes[1].plot([0.0, 0.9, np.nan, 0.0, 0.9], [-lift, -lift, np.nan, height_ - lift, height_ - lift], "0.7", lw=0.8)
+        axes[1].plot(
+            [0.0, 0.9, np.nan, 0.0, 0.9], [-lift, -lift, np.nan, height_ - lift, height_ - lift], "0.7", lw=0.8
+        )
         axes[1].text(0.92, 0.4 * height_ - lift, f"H = {word}", fontsize=8)
         lift += 0.16
     hump = min((p for p in leading_on(1).points if p.unstable), key=lambda p: abs(at.height(p.t) - 0.12))
