@@ -52,6 +52,8 @@ NAMES = (
     "wunderlich_event",
     "moebius_table",
     "moebius_saddle",
+    "roman_branches",
+    "forceless",
     "twisted_clamps",
     "roman",
     "obstacles",

@@ -19,6 +19,7 @@ from compare.scene.scene import Scene
 from ribbon.find.branch import chain, folds
 from ribbon.find.branch.chain import Setting
 from ribbon.find.branch.confined import Confined
+from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 
@@ -28,6 +29,8 @@ LEVEL, TURNED, STRAIGHT = 2e-6, 1e-9, 1e-6
 SHARE, LEAST = 15, 8
 #: Samples of an arc for its shape.
 _SAMPLES = 81
+#: A place between the ends of the range, and what is off a straight line there at the most.
+_BETWEEN, _LINEAR = 0.37, 1e-13
 
 
 def setting_of(scene: Scene) -> Setting | None:
@@ -63,13 +66,7 @@ def branch_start(scene_at: Callable[[float], Scene], state: State) -> BranchStar
     if setting is None or found.max_abs_eta > STRAIGHT:
         return None
 
-    @lru_cache(maxsize=256)
-    def setting_at(t: float) -> Setting:
-        made = setting_of(scene_at(t))
-        if made is None:
-            raise ValueError(f"t = {t}: no strip between floor and roof")
-        return made
-
+    setting_at = _given(scene_at)
     scene = scene_at(0.0)
     s = np.concatenate([[0.0], np.cumsum(found.problem.lengths)])
     s[-1] = 1.0
@@ -87,6 +84,34 @@ def branch_start(scene_at: Callable[[float], Scene], state: State) -> BranchStar
         return ConfinedShape(point.system, point.z, point.t, np.asarray(here.position), here.frame, here.width)
 
     return BranchStart(state, system, z, shape, lambda count: iter(()))
+
+
+def _given(scene_at: Callable[[float], Scene]) -> Callable[[float], Setting]:
+    """What is given over t: where that is linear between the ends and at a place between them, without a scene for
+    every t."""
+
+    @lru_cache(maxsize=256)
+    def own(t: float) -> Setting:
+        made = setting_of(scene_at(t))
+        if made is None:
+            raise ValueError(f"t = {t}: no strip between floor and roof")
+        return made
+
+    try:
+        first, middle, last = (np.array(own(t)) for t in (0.0, _BETWEEN, 1.0))
+    except (ValueError, BadInput):
+        return own
+    weighs = (first[2] > 0.0) == (last[2] > 0.0)
+    if not weighs or float(np.abs(first + _BETWEEN * (last - first) - middle).max()) > _LINEAR:
+        return own
+
+    def linear(t: float) -> Setting:
+        height, delta, gamma = (float(v) for v in first + t * (last - first))
+        if not (height > 0.0 and 0.0 < delta < 1.0):
+            raise ValueError(f"t = {t}: no strip between floor and roof")
+        return Setting(height, delta, gamma)
+
+    return linear
 
 
 @dataclass(frozen=True)
@@ -113,7 +138,9 @@ class ConfinedShape(Line):
             length, angle = float(own.lengths(self.z)[k]), own.angle(self.z, k)
             if start > s[-1] + 1e-9:  # a flat part before it
                 places.append(places[-1] + np.array([start - s[-1], 0.0]))
-                s.append(float(start)), theta.append(0.0), bent.append(0.0)
+                s.append(float(start))
+                theta.append(0.0)
+                bent.append(0.0)
             along = np.exp(1j * (inner @ angle)).reshape(-1, x.size) @ w * (0.5 * length / (_SAMPLES - 1))
             line = np.concatenate([[0.0], np.cumsum(along)])
             first = places[-1] * np.array([1.0, 0.0]) + np.array([0.0, own.heights(setting)[k]])
@@ -123,7 +150,9 @@ class ConfinedShape(Line):
             bent += (slopes[1:] @ angle / length).tolist()
         if s[-1] < 1.0 - 1e-9:
             places.append(places[-1] + np.array([1.0 - s[-1], 0.0]))
-            s.append(1.0), theta.append(0.0), bent.append(0.0)
+            s.append(1.0)
+            theta.append(0.0)
+            bent.append(0.0)
         s[-1] = 1.0
         return np.array(s), np.array(theta), np.array(bent), np.array(places)
 

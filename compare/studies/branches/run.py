@@ -244,7 +244,7 @@ class _Models:
         return found
 
     def _comes_near(self, start: Point) -> bool:
-        """Whether a condition of one side comes nearer, or goes away, with what varies: a wall that touches nothing yet."""
+        """Whether a condition of one side comes nearer, or goes away, as with a wall that touches nothing yet."""
         here, there = (start.system.slacks(start.z, t) for t in (0.0, 0.5))
         return bool(here.size == there.size and np.any(np.abs(there - here) > MOVES))
 

@@ -12,9 +12,9 @@ in theta, L_k, V_k, T, mu (units l, D w / l). Of a place of contact theta is fre
 ``theta_s^2 / 2 + V(s) sin theta + ..`` of both arcs is the same and the push P is not zero: P sin theta = 0), so that a
 place counts as one row whatever the curvature there, which passes zero without harm. -T is the thrust.
 
-Flat parts on the floor, and without weight at the roof, have no unknowns: theta = 0, no energy, and only their length in
-all, ``1 - sum L_k``, counts; how it is shared out is neutral and left out. Then mu = 0, and arcs end with theta free and
-without a moment at them.
+Flat parts on the floor, and without weight at the roof, have no unknowns: theta = 0, no energy, and only their length
+in all, ``1 - sum L_k``, counts; how it is shared out is neutral and left out. Then mu = 0, and arcs end with theta free
+and without a moment at them.
 """
 
 from __future__ import annotations
@@ -32,6 +32,9 @@ IntArray = NDArray[np.int64]
 #: Degree of the elements of an arc; points of Gauss in each.
 DEGREE, POINTS = 4, 7
 FLOOR, ROOF = 0, 1
+#: Nodes of an element (of Chebyshev and Lobatto, 0 to 1), and the coefficients of their polynomials.
+_NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
+_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
 
 
 class Basis(NamedTuple):
@@ -48,13 +51,11 @@ class Basis(NamedTuple):
 @lru_cache(maxsize=16)
 def basis(elements: int) -> Basis:
     """Of so many elements, Lagrange's on the nodes of Chebyshev and Lobatto."""
-    nodes = 0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
     x, w = np.polynomial.legendre.leggauss(POINTS)
     x, w = 0.5 * (x + 1.0), 0.5 * w
-    powers = np.linalg.inv(np.vander(nodes, increasing=True))
-    local = np.vander(x, DEGREE + 1, increasing=True) @ powers
+    local = np.vander(x, DEGREE + 1, increasing=True) @ _POWERS
     steps = np.arange(1, DEGREE + 1)
-    slope = (np.vander(x, DEGREE, increasing=True) * steps) @ powers[1:]
+    slope = (np.vander(x, DEGREE, increasing=True) * steps) @ _POWERS[1:]
     count = elements * DEGREE + 1
     values, slopes = np.zeros((elements * POINTS, count)), np.zeros((elements * POINTS, count))
     for e in range(elements):
@@ -67,13 +68,11 @@ def basis(elements: int) -> Basis:
 
 def at(elements: int, xi: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Values and slopes (k, n) of the basis at xi (k,)."""
-    nodes = 0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
-    powers = np.linalg.inv(np.vander(nodes, increasing=True))
     xi = np.atleast_1d(np.asarray(xi, dtype=float))
     which = np.clip((xi * elements).astype(int), 0, elements - 1)
     local = xi * elements - which
-    value = np.vander(local, DEGREE + 1, increasing=True) @ powers
-    slope = (np.vander(local, DEGREE, increasing=True) * np.arange(1, DEGREE + 1)) @ powers[1:]
+    value = np.vander(local, DEGREE + 1, increasing=True) @ _POWERS
+    slope = (np.vander(local, DEGREE, increasing=True) * np.arange(1, DEGREE + 1)) @ _POWERS[1:]
     out = np.zeros((2, xi.size, elements * DEGREE + 1))
     columns = which[:, None] * DEGREE + np.arange(DEGREE + 1)
     rows = np.arange(xi.size)[:, None]
@@ -81,8 +80,7 @@ def at(elements: int, xi: FloatArray) -> tuple[FloatArray, FloatArray]:
     return out[0], out[1]
 
 
-@dataclass(frozen=True)
-class Setting:
+class Setting(NamedTuple):
     """What is given: height H of the roof over the floor (l), shortening Delta (l), weight Gamma."""
 
     height: float
@@ -123,7 +121,8 @@ class Chain:
     @cached_property
     def columns(self) -> tuple[IntArray, ...]:
         """Of every arc its angles' columns in z; -1 of an angle that is zero (a clamp)."""
-        own, used = [], 0
+        own: list[IntArray] = []
+        used = 0
         for k in range(self.arcs):
             count = self.elements * DEGREE + 1
             at_start = self.lies(self.planes[k])
@@ -278,8 +277,7 @@ class Chain:
 
 def nodes(elements: int) -> FloatArray:
     """xi (n,) of the unknowns of an arc."""
-    own = 0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
-    return np.concatenate([[0.0], ((np.arange(elements)[:, None] + own[1:]) / elements).ravel()])
+    return np.concatenate([[0.0], ((np.arange(elements)[:, None] + _NODES[1:]) / elements).ravel()])
 
 
 def filled(many: Chain, angles: list[FloatArray], rest: FloatArray) -> FloatArray:

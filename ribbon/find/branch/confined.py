@@ -1,5 +1,5 @@
-"""A strip with straight rulings between floor and roof over one parameter: equations of a branch whose places of contact
-move (`ribbon.find.branch.chain`), with what begins and ends along it.
+"""A strip with straight rulings between floor and roof over one parameter: equations of a branch whose places of
+contact move (`ribbon.find.branch.chain`), with what begins and ends along it.
 
     gap        an arc comes to a plane between its ends: a new place of contact
     push       a place pushes no more: it lets go, two arcs are one
@@ -20,6 +20,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import scipy  # its parts are loaded where they are first used
@@ -33,9 +34,9 @@ SettingAt = Callable[[float], Setting]
 
 #: Step in t by which what is given is differenced.
 _STEP = 1e-4
-#: Push (D w / l^2) below which a place that begins is firm: P sin theta = 0 holds for P = 0 too, and the tangent that is
-#: meant is that of theta = 0; by how much (D w / l) its angle is held then. By how much (D w / l^3) lengths are soft where
-#: modes are counted and a place pushes less: where one is that does not push, its elements would choose.
+#: Push (D w / l^2) below which a place that begins is firm: P sin theta = 0 holds for P = 0 too, and the tangent that
+#: is meant is that of theta = 0; by how much (D w / l) its angle is held then. By how much (D w / l^3) lengths are soft
+#: where modes are counted and a place pushes less: where one is that does not push, its elements would choose.
 PUSHED, FIRM, SOFT = 0.1, 1e3, 0.1
 #: Places along an arc at which its angle is asked for, to find where it is level.
 _SEEN = 400
@@ -52,8 +53,8 @@ Condition = tuple[str, int]
 @dataclass(frozen=True)
 class Dense:
     """The second derivatives (n, n) at a point, factored; rest: rows and places, with a negative eigenvalue each; soft
-    (n,): taken off the diagonal where eigenvalues are counted; blunt: whether the solution of least size is meant, where
-    the whole may slide: eigenvalues that are none are left out."""
+    (n,): taken off the diagonal where eigenvalues are counted; blunt: whether the solution of least size is meant,
+    where the whole may slide: eigenvalues that are none are left out."""
 
     matrix: FloatArray
     rest: int
@@ -141,8 +142,8 @@ class Confined:
         return (4.0 * near - 3.0 * self.residual(z, t) - far) / (2.0 * side)
 
     def factor(self, z: FloatArray, t: float) -> Dense | None:
-        """The second derivatives, factored; where it has just begun with the angles of places held that do not push yet;
-        of what may slide along the strip nothing, there and where flat parts are near."""
+        """The second derivatives, factored; where it has just begun with the angles of places held that do not push
+        yet; of what may slide along the strip nothing, there and where flat parts are near."""
         setting, a = self.setting_at(t), self.chain.angles
         matrix = self.chain.jacobian(z, setting)
         if not np.all(np.isfinite(matrix)):
@@ -274,15 +275,14 @@ class Confined:
 
     def height(self, z: FloatArray, k: int, xi: float, setting: Setting) -> float:
         """Over the floor, of a place of arc k."""
-        own, theta = chain.basis(self.chain.elements), self.chain.angle(z, k)
+        theta = self.chain.angle(z, k)
         edges = np.concatenate([np.arange(int(xi * self.chain.elements) + 1) / self.chain.elements, [xi]])
         x, w = np.polynomial.legendre.leggauss(chain.POINTS)
         total = 0.0
-        for a, b in zip(edges[:-1], edges[1:], strict=True):
+        for a, b in pairwise(edges):
             if b > a:
                 at = 0.5 * (a + b) + 0.5 * (b - a) * x
                 total += 0.5 * (b - a) * float(w @ np.sin(chain.at(self.chain.elements, at)[0] @ theta))
-        assert own.xi.size
         return float(self.chain.heights(setting)[k] + self.chain.lengths(z)[k] * total)
 
     def _gap(self, z: FloatArray, k: int, setting: Setting) -> tuple[float, float, int]:

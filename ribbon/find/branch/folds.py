@@ -1,12 +1,14 @@
 """Where branches of a strip between floor and roof begin: the free arch, folds alike, a hump on a flat part, and what a
 given shape touches.
 
-Each gives a chain (`ribbon.find.branch.chain`) and unknowns near its equilibrium, from which Newton's iteration goes on.
+Each gives a chain (`ribbon.find.branch.chain`) and unknowns near its equilibrium, from which Newton's iteration goes
+on.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +61,8 @@ def humped(system: Confined, z: FloatArray, t: float, size: float = 0.0) -> tupl
     else:
         hump, length = size * np.sin(2.0 * np.pi * xi), old.flat_length(z)
     lifts = np.concatenate([old.lifts(z), [-0.5 * setting.gamma * length]])
-    rest = [np.append(old.lengths(z), length), lifts, [old.tension(z)], [] if many.flat else [0.0]]
+    last = [old.tension(z)] if many.flat else [old.tension(z), 0.0]
+    rest = [np.append(old.lengths(z), length), lifts, np.array(last)]
     angles = [*(old.angle(z, k) for k in range(old.arcs)), hump]
     new = replace(system, chain=many, first=None, buckled=False, entered=None)
     return new, filled(many, angles, np.concatenate(rest))
@@ -81,7 +84,7 @@ def touching(
              for a, b, plane in parts]  # fmt: skip
     made = Chain(tuple(plane for *_, plane in parts), flat, elements, flat and setting.gamma == 0.0)
     angles, lengths = [], []
-    for (_, a, _), (b, _, _) in zip(parts[:-1], parts[1:], strict=True):
+    for (_, a, _), (b, _, _) in pairwise(parts):
         lengths.append(b - a)
         own = np.interp(a + (b - a) * nodes(elements), s, theta)
         own[0] = own[-1] = 0.0

@@ -150,3 +150,18 @@ def test_a_hump_is_that_of_a_line_on_its_bed_and_leads_to_two_folds():
     alike = first_point(Confined(setting_at(GAMMA), own), z, t_of(0.093), 1e-10)
     alike = follow(alike, (0.0, last.t), Options()).points[-1]
     assert last.system.energy(last.z, last.t) == pytest.approx(alike.system.energy(alike.z, alike.t), rel=1e-9)
+
+
+def test_without_weight_what_has_buckled_leads_over_a_fold_to_two_folds():
+    buckles = special(fold(0.0), "buckles")
+    above = height(buckles) + 7e-4
+    own = min(fold(0.0).points, key=lambda p: abs(height(p) - above))
+    flat = first_point(Confined(setting_at(0.0), own.system.chain), own.z, t_of(above), 1e-10)
+    system, z = humped(flat.system, flat.z, flat.t, 0.1)
+    hump = first_point(system, z, flat.t, 1e-10, -1.0)
+    assert (flat.unstable, hump.unstable) == (0, 1)
+    run = follow(hump, (0.0, 1.0), Options(), lambda p: len(p.system.chain.planes) < 5)
+    turns, touches = run.specials
+    assert (turns.kind, turns.change) == ("fold", -1)
+    assert height(turns.point) > above
+    assert height(touches.point) == pytest.approx(0.5 * free_height(DELTA), abs=1e-6)

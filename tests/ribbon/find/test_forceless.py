@@ -6,6 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from ribbon import Clamp, Strip, solve
+from tests.validation.ribbon import forceless as page
 
 
 def turned(energy, segments):
@@ -43,3 +44,17 @@ def test_a_forceless_sadowsky_strip_lies_on_a_sphere():
 def test_other_energies_are_off_it(energy, least):
     away, _ = off_sphere(turned(energy, 40))
     assert away > least
+
+
+def test_along_a_branch_it_is_off_the_sphere_in_proportion_to_the_end_force():
+    every = page.passed(20)
+    least = page.at_middle(20)
+    assert min(p.away for p in every) == pytest.approx(-page.HALF)
+    assert max(p.away for p in every) == pytest.approx(page.HALF)
+    assert abs(least.away) < 1e-9
+    assert least.force < 1e-4
+    assert least.off < 1e-7
+    low, high = page.along_force(20)
+    assert low > 1e-3
+    assert high < 1.1 * low
+    assert least.radius == pytest.approx(least.by_moment, abs=2e-7)

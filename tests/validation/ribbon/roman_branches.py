@@ -1,8 +1,8 @@
 """Roman's strip under a falling roof as branches (thesis, 6.2.2, figures 6.12 to 6.14): from the free arch to i = 2.3.
 
 Places of contact are unknowns (`ribbon.find.branch.confined`), so that each event has a limit on ever finer elements.
-Independent: half waves by shooting (`tests.validation.ribbon.roman`), whose curvature at the floor, length of flat parts
-and force they are held to; the glued ribbon's minimiser; N folds alike are one fold with Gamma / N^3.
+Independent: half waves by shooting (`tests.validation.ribbon.roman`), whose curvature at the floor and force they are
+held to, and elliptic integrals; the glued ribbon's minimiser; N folds alike are one fold with Gamma / N^3.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from compare.measure.mesh_limit import Settled, settled
 from compare.models.branches.confined import ConfinedShape
 from ribbon.find.branch.chain import Setting
 from ribbon.find.branch.confined import Confined
-from ribbon.find.branch.folds import arch, humped, waves
+from ribbon.find.branch.folds import HUMP, arch, humped, waves
 from tests.validation import page
 from tests.validation.number import Number
 from tests.validation.ribbon.roman import DELTA, GAMMA, Experiment, free_height, line_contact, press
@@ -151,7 +151,8 @@ def limit(name: str, gamma: float, word: str) -> Settled:
     values = [at.height(found.point.t)]
     for _ in range(2):
         finer = relocated(found, OPTIONS)
-        assert finer is not None, (name, word, values)
+        if finer is None:
+            return Settled(values[-1], float("nan"), None, False)
         found = finer
         values.append(at.height(found.point.t))
     return settled(values, LOCATED)
@@ -233,17 +234,28 @@ def beside_ribbon(count: int, height: float) -> list[float]:
     return [force, *found]
 
 
-def barrier(count: int, height: float) -> tuple[float, float]:
-    """Energy of the hump above the flat state, and of the state with one fold more above it, D w / l."""
-    at = Lowering(GAMMA)
+def line_on_bed(thrust: float) -> float:
+    """Energy of a hump on an endless heavy line under this thrust, D w / l: ``C Gamma^2 T^(-5/2)`` for the shape of
+    `ribbon.find.branch.folds.humped`, C its ``int f_uu^2 / 2 - f_u^2 / 2 + f du``."""
+    u = HUMP * np.polynomial.legendre.leggauss(40)[0]
+    w = HUMP * np.polynomial.legendre.leggauss(40)[1]
+    slope, bent = np.sin(u) / np.cos(HUMP) - u, np.cos(u) / np.cos(HUMP) - 1.0
+    raised = -np.cos(u) / np.cos(HUMP) - 0.5 * u * u + 1.0 + 0.5 * HUMP**2
+    return GAMMA**2 * thrust**-2.5 * float(w @ (0.5 * bent**2 - 0.5 * slope**2 + raised))
+
+
+def barrier(count: int, height: float) -> tuple[float, float, float]:
+    """Energy of the hump above the flat state, of that of an endless line, and of the state with one fold more above
+    the flat one, D w / l."""
     own = at_height(one_fold(GAMMA) if count == 1 else folds(count), GAMMA, height)
-    run = leading_on(count)
-    going_up = [p for p in run.points if len(chain_of(p).planes) == 2 * count + 2 and p.unstable]
-    near = min(going_up, key=lambda p: abs(at.height(p.t) - height))
-    hump = _first(near.system, near.z, at.t(height))  # type: ignore[arg-type]
+    assert isinstance(own.system, Confined)
+    system, z = humped(own.system, own.z, own.t)
+    hump = _first(system, z, own.t)
+    assert hump.unstable == own.unstable + 1
     energy = own.system.energy(own.z, own.t)
     more = at_height(folds(count + 1), GAMMA, height)
-    return hump.system.energy(hump.z, hump.t) - energy, more.system.energy(more.z, more.t) - energy
+    line = line_on_bed(-own.system.chain.tension(own.z))
+    return system.energy(hump.z, hump.t) - energy, line, more.system.energy(more.z, more.t) - energy
 
 
 def alike(count: int) -> tuple[float, float, float]:
@@ -265,3 +277,228 @@ PROBES = {
     "spread_8": lambda: Lowering(GAMMA).height(special(one_fold(GAMMA), SPREADS).point.t),
     "fold_8": lambda: Lowering(GAMMA).height(special(leading_on(1), "fold").point.t),
 }
+
+
+def crosses(point: Point) -> bool:
+    """Whether the centreline goes through itself."""
+    line = shape(point).plane(np.linspace(0.0, 1.0, 801))
+    a, d = line[:-1], np.diff(line, axis=0)
+    gap = a[None, :] - a[:, None]
+    across = d[:, None, 0] * d[None, :, 1] - d[:, None, 1] * d[None, :, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        one = (gap[..., 0] * d[None, :, 1] - gap[..., 1] * d[None, :, 0]) / across
+        other = (gap[..., 0] * d[:, None, 1] - gap[..., 1] * d[:, None, 0]) / across
+    met = (one > 0.0) & (one < 1.0) & (other > 0.0) & (other < 1.0)
+    return bool(np.any(np.triu(met, 3)))
+
+
+# -- the page ---------------------------------------------------------------------------------------------------------
+
+HEADS = ("branch", "what happens", "H / l", "+-", "i", "unstable modes", "independent", "apart")
+
+
+def _row(name: str, gamma: float, word: str, what: str, shot: float | None = None) -> list[str]:
+    found, run = limit(name, gamma, word), RUNS[name](gamma)
+    one = special(run, word)
+    before = one.before.unstable
+    after = before + one.change
+    error = f"{found.error:.0e}" if found.settles else "not settled: one mesh"
+    exponent = math.log(low() * math.exp(LAST) / found.value)
+    beside = ["", ""] if shot is None else [f"{shot:.10f}", f"{found.value - shot:+.0e}"]
+    return [name, what, f"{found.value:.9f}", error, f"{exponent:.3f}", f"{before} to {after}", *beside]
+
+
+def _scaled(count: int, word: str) -> float:
+    """The height at which so many folds alike touch or lie flat: of one fold with Gamma / N^3, over N."""
+    gamma = GAMMA / count**3
+    return (shot_touch(gamma) if word == TOUCHES else shot_spread(gamma)) / count
+
+
+def _events() -> list[list[str]]:
+    last = "spread into flat parts, on the floor"
+    rows = [
+        _row("one", GAMMA, TOUCHES, "touches the roof", shot_touch(GAMMA)),
+        _row("one", GAMMA, SPREADS, last, shot_spread(GAMMA)),
+        _row("one", GAMMA, "branch_point", "branch point: leans over"),
+    ]
+    for count in (1, 2):
+        rows += [
+            _row(f"on {count}", GAMMA, ENDS, "hump and fold fill the length: flat parts end"),
+            _row(f"on {count}", GAMMA, "fold", "fold: the hump is a fold that hangs"),
+            _row(f"on {count}", GAMMA, TOUCHES, "it touches the roof", _scaled(count + 1, TOUCHES)),
+            _row(f"on {count}", GAMMA, SPREADS, last, _scaled(count + 1, SPREADS)),
+        ]
+    return rows
+
+
+def _weightless() -> list[list[str]]:
+    return [
+        _row("one", 0.0, TOUCHES, "touches the roof", shot_touch(0.0)),
+        _row("one", 0.0, SPREADS, "spread into flat parts", shot_spread(0.0)),
+        _row("one", 0.0, BUCKLES, "all of the flat length in one part: it buckles", closed_buckled()),
+    ]
+
+
+def run(out: Path) -> dict[str, Number]:
+    """Writes roman_branches.md and its picture into the folder."""
+    at = Lowering(GAMMA)
+    rows, light = _events(), _weightless()
+    beside = [(n, h, *beside_ribbon(n, h)) for n, h in ((1, 0.185), (1, 0.165), (2, 0.0925))]
+    barriers = [(1, h, *barrier(1, h)) for h in (0.095, 0.085, 0.075)]
+    barriers += [(2, h, *barrier(2, h)) for h in (0.06, 0.05, 0.045)]
+    many = [(n, *alike(n)) for n in range(1, 9)]
+    leans, itself = leaning(), touches_itself()
+    through = [at.height(p.t) for p in leans.points if crosses(p)]
+    lost = [(n, at.height(special(folds(n) if n > 1 else one_fold(GAMMA), "branch_point").point.t)) for n in (1, 2, 3)]
+    pieces = [one_fold(GAMMA), folds(2), folds(3), leading_on(1), leading_on(2)]
+    ends = [run_.ended for run_ in pieces[:3]]
+    hamilton = max(
+        abs(chain_of(p).curvature(p.z, 0, np.ones(1))[0] / math.sqrt(2.0 * GAMMA * at.height(p.t)) + 1.0)
+        for p in one_fold(GAMMA).points if chain_of(p).flat and at.height(p.t) > 0.12
+    )  # fmt: skip
+    if ends != ["range"] * 3 or any(p.unstable for p in one_fold(GAMMA).points if at.height(p.t) > lost[0][1]):
+        raise AssertionError(f"branches end by {ends}")
+    _picture(out / "roman_branches.png")
+    crossing = f"goes through itself from H = {max(through):.4f} down" if through else "does not go through itself"
+    page.write(
+        out / "roman_branches.md", "Roman's strip under a falling roof: branches with their events",
+        "python -m tests.validation roman_branches",
+        f"Algorithm 3 (thesis, 6.2.2): Delta = {DELTA}, Gamma = {GAMMA:g}, the roof from H = {TOP} down to i = "
+        f"{LAST} "
+        f"(H = {low():.6f}), rulings straight, floor at the clamps' height. Places of contact are unknowns (theory, "
+        "(8.8)): every event has a limit on arcs of 8, 16 and 32 elements. Unstable modes are counted in the "
+        "plane, on "
+        "what touches; the strip aside of its plane is another page's ([states](roman_states/README.md)). "
+        "`ribbonbench branches roman_6_2 --along wall.roof.point[1] --from 0.19 --to 0.0195` follows the first.",
+        "## Events",
+        "*one*: from the free arch down. *on 1*, *on 2*: from one (two) folds with a hump on the flat part up, "
+        "over a "
+        "fold, and down with two (three) folds. Independent: shooting on Roman's elastica (of N folds with Gamma "
+        "/ N^3, over N); the height of the touch by extrapolating its force. Where the last of several folds "
+        "touches, the "
+        "roof pushes none of them: two events in one place, which is not located again on finer arcs from three "
+        "folds on.",
+        page.table(HEADS, rows),
+        f"Under weight no flat part buckles. The floor's curvature comes to zero while the roof's is - sqrt(2 "
+        f"Gamma H) "
+        f"(Hamilton's function; kept to {hamilton:.0e} down to H = 0.12), so that the roof's contact stays a "
+        "line, and a flat part on the floor, lifted anywhere, weighs at once. What has buckled is an equilibrium "
+        "apart from it, with one "
+        "unstable mode, that comes as near as one likes but not to it. On an endless heavy line (Hobbs 1984) it "
+        "costs C Gamma^2 "
+        "T^(-5/2), T the thrust:",
+        page.table(
+            ["folds", "H / l", "hump above the flat state, D w / l", "on an endless line",
+             "one fold more above it, D w / l"],
+            [[str(n), f"{h:g}", f"{up:.3e}", f"{line:.3e}", f"{more:.2f}"] for n, h, up, line, more in barriers],
+        ),
+        "So the number of folds changes in a snap over that barrier, at no place of its own: a minimiser on 60 "
+        "segments snaps at H = 0.1161 ([page](roman.md)), where one fold and more than half its length flat are "
+        "stable here, down "
+        f"to H = {lost[0][1]:.4f}. Above the fold at {limit('on 1', GAMMA, 'fold').value:.4f} one fold is all "
+        f"that there is "
+        "of these; below it both are stable.",
+        "## Without weight",
+        "All of the flat length may lie anywhere: on the floor and at the roof its shares are neutral, and have no "
+        "unknowns. Then the tangent is regular. What buckles is the longest flat part that can be, thrust 4 pi^2 / "
+        "length^2; of a shorter share later. Independent: elliptic integrals.",
+        page.table(HEADS, light),
+        "## To i = 2.3",
+        "N folds alike are one with Gamma / N^3 at N H, to rounding: so every N has its heights. At N H = "
+        + ", ".join(f"{n * h:.5f} ({n})" for n, h in lost)
+        + f" they lean over (one mesh; N in brackets), all at once; the branch that leaves one fold there {crossing}, "
+        f"that of the upright one does at H = {itself:.5f}, where its sides meet. At i = {LAST} that is passed by "
+        f"three "
+        "folds and less; four and more are flat on the floor, on lines at the roof, and upright.",
+        page.table(
+            ["N", "N H: touches", "N H: flat on the floor", f"N H at i = {LAST}", "F / N^3 there"],
+            [[str(n), f"{a:.6f}", f"{b:.6f}", f"{n * low():.5f}", "sides have met" if math.isnan(f) else f"{f:.2f}"]
+             for n, a, b, f in many],
+        ),
+        "## The glued ribbon beside it",
+        "The minimiser's force on the roof over the branch's, - 1.",
+        page.table(["N", "H / l", "F, D w / l^2", "p = 60", "p = 120", "p = 240"],
+                   [[str(n), f"{h:g}", f"{f:.4f}", *(f"{v:+.1e}" for v in meshes)] for n, h, f, *meshes in beside]),
+        "![Forces and energies over the height, shapes](roman_branches.png)",
+    )  # fmt: skip
+    return _numbers(itself, lost[0][1], barriers, beside)
+
+
+def _numbers(
+    itself: float,
+    lost: float,
+    barriers: list[tuple[int, float, float, float, float]],
+    beside: list[tuple[float, ...]],
+) -> dict[str, Number]:
+    def of(name: str, gamma: float, word: str) -> Number:
+        found = limit(name, gamma, word)
+        return Number(found.value, found.error, "l", ".7f")
+
+    return {
+        "touch": of("one", GAMMA, TOUCHES),
+        "spread": of("one", GAMMA, SPREADS),
+        "lost": of("one", GAMMA, "branch_point"),
+        "ends": of("on 1", GAMMA, ENDS),
+        "fold": of("on 1", GAMMA, "fold"),
+        "touch_two": of("on 1", GAMMA, TOUCHES),
+        "fold_two": of("on 2", GAMMA, "fold"),
+        "buckles": of("one", 0.0, BUCKLES),
+        "buckles_apart": Number(abs(limit("one", 0.0, BUCKLES).value - closed_buckled()), 1e-11, "l", ".0e"),
+        "spread_apart": Number(abs(limit("one", GAMMA, SPREADS).value - shot_spread(GAMMA)), 1e-10, "l", ".0e"),
+        "itself": Number(itself, 1e-6, "l", ".5f"),
+        "barrier": Number(barriers[1][2], 1e-6, "D w / l", ".1e"),
+        "barrier_line": Number(barriers[1][3], 1e-7, "D w / l", ".1e"),
+        "ribbon": Number(max(abs(row[-1]) for row in beside), 1e-4, "", ".0e"),
+        "touch_8": Number(PROBES["touch_8"](), 1e-10, "l", ".9f"),
+        "spread_8": Number(PROBES["spread_8"](), 1e-10, "l", ".9f"),
+        "fold_8": Number(PROBES["fold_8"](), 1e-9, "l", ".9f"),
+    }
+
+
+def _picture(path: Path) -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, 2, figsize=(12, 4.8), constrained_layout=True, width_ratios=(3, 2))
+    at, left = Lowering(GAMMA), axes[0]
+    drawn = [("one fold", one_fold(GAMMA), "C0"), ("two folds", folds(2), "C1"), ("three folds", folds(3), "C2"),
+             ("hump, to two", leading_on(1), "C3"), ("hump, to three", leading_on(2), "C4")]  # fmt: skip
+    for word, run_, colour in drawn:
+        height = np.array([at.height(p.t) for p in run_.points])
+        energy = np.array([p.system.energy(p.z, p.t) for p in run_.points])
+        unstable = np.array([p.unstable for p in run_.points])
+        parts = np.split(np.arange(height.size), np.flatnonzero(np.diff(unstable != 0)) + 1)
+        for k, part in enumerate(parts):
+            own = np.append(part, part[-1] + 1) if part[-1] + 1 < height.size else part
+            left.plot(height[own], energy[own], colour + ("--" if unstable[part[0]] else "-"), lw=1.4,
+                      label=word if k == 0 else None)  # fmt: skip
+        for one in run_.specials:
+            mark = {"fold": "v", "branch_point": "D"}.get(one.kind, "o")
+            left.plot(
+                at.height(one.point.t), one.point.system.energy(one.point.z, one.point.t), mark, color=colour, ms=5
+            )
+    left.set(yscale="log", xlabel="H / l", ylabel="energy, D w / l", xlim=(low(), TOP), ylim=(4.0, 2e3))
+    left.invert_xaxis()
+    left.legend(fontsize=8)
+    states = [(one_fold(GAMMA), 0.19, "0.19"), (one_fold(GAMMA), 0.1, "0.10"), (folds(2), 0.07, "0.07"),
+              (folds(3), 0.045, "0.045")]  # fmt: skip
+    s, lift = np.linspace(0.0, 1.0, 801), 0.0
+    for run_, height_, word in states:
+        line = shape(at_height(run_, GAMMA, height_)).plane(s)
+        axes[1].plot(line[:, 0], line[:, 1] - lift, "C0")
+        axes[1].plot(
+            [0.0, 0.9, np.nan, 0.0, 0.9], [-lift, -lift, np.nan, height_ - lift, height_ - lift], "0.7", lw=0.8
+        )
+        axes[1].text(0.92, 0.4 * height_ - lift, f"H = {word}", fontsize=8)
+        lift += 0.16
+    hump = min((p for p in leading_on(1).points if p.unstable), key=lambda p: abs(at.height(p.t) - 0.12))
+    line = shape(hump).plane(s)
+    axes[1].plot(line[:, 0], line[:, 1] - lift, "C3--")
+    axes[1].text(0.92, -lift + 0.04, f"hump, H = {at.height(hump.t):.3f}", fontsize=8)
+    axes[1].set_aspect("equal")
+    axes[1].axis("off")
+    axes[1].set_xlim(-0.02, 1.25)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)

@@ -1,0 +1,52 @@
+"""Roman's strip under a falling roof by `branches`: from a roof that touches nothing yet, its events."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from compare.models.branches.confined import ConfinedShape, setting_of
+from compare.scene.scene import load
+from compare.studies.branches.run import branch
+from tests.docs_blocks import ROOT
+from tests.validation.ribbon.roman import line_contact
+
+HIGH, LOW = 0.2, 0.15
+SCENE = ROOT / "compare" / "scenes" / "roman_6_2.toml"
+
+
+def test_a_roof_that_falls_touches_and_flattens_the_fold():
+    own = load(SCENE).replace({"model.elements": 60, "wall.roof.point": [0.0, HIGH, 0.0]})
+    points = list(branch(own, along="wall.roof.point[1]", start=HIGH, stop=LOW, errors=False))
+    events = [point for point in points if point.kind == "event"]
+    touches, spreads = sorted(events, key=lambda point: -point.parameter)
+    assert touches.what.startswith("touches the roof")
+    assert spreads.what.endswith("spread into flat parts")
+    low = [line_contact(spreads.parameter + side, 0.1, 10.0).low for side in (3e-6, -3e-6)]
+    assert low[0] > 0.0 > low[1]
+    assert {point.unstable for point in points} == {0}
+    last = min(points, key=lambda point: point.parameter)
+    assert last.parameter == pytest.approx(LOW, abs=1e-9)
+    shape = last.shape
+    assert isinstance(shape, ConfinedShape)
+    line = shape.centreline(np.linspace(0.0, 1.0, 401))
+    steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    assert steps == pytest.approx(np.full(400, 1.0 / 400.0), rel=1e-3)
+    assert line[-1] == pytest.approx([0.0, 0.0, 0.9], abs=1e-8)
+    assert line[:, 1].max() == pytest.approx(LOW, abs=1e-6)
+    assert line[:, 1].min() > -1e-9
+    frames = shape.frames(np.array([0.5]))[0]
+    assert frames == pytest.approx(np.eye(3), abs=1e-6)
+
+
+@pytest.mark.parametrize("change", [
+    {"model.energy": "finite", "strip.thickness": 1e-3},
+    {"strip.natural_curvature": 1.0},
+    {"wall.floor.point": [0.0, -0.01, 0.0]},
+    {"wall.roof.stiffness": 100.0},
+    {"gravity.up": [0.0, -1.0, 0.0]},
+])  # fmt: skip
+def test_what_is_no_such_strip_is_followed_as_before(change):
+    own = load(SCENE)
+    assert setting_of(own).height == pytest.approx(0.185)
+    assert setting_of(own.replace(change)) is None
