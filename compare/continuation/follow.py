@@ -17,10 +17,13 @@ from compare.continuation import bordered, locate
 from compare.continuation.correct import at, corrected, tangent
 from compare.continuation.placed import carried_on, on_its_elements
 from compare.continuation.point import Options, Point, Run, Special, length, product
+from compare.continuation.ring import around
 from compare.continuation.system import FloatArray
 
 #: Growth of an easy step, and cut of one that is repeated.
 GROW, CUT = 1.6, 0.4
+#: Sizes at which what leaves a branch point is looked for, over the first.
+SHRUNK = (1.0, 0.3, 0.1, 0.03, 0.01)
 #: Steps behind which a branch may be found closed; distance from its first point, over the step, at which it is.
 _EARLY, _NEAR = 6, 0.6
 
@@ -167,9 +170,24 @@ def _closes(start: Point, here: Point, there: Point) -> bool:
 
 
 def switched(special: Special, options: Options | None = None, size: float = 0.03) -> list[Point]:
-    """First points of the branches that leave a branch point, tangents away from it: two of every null vector, and of a
-    double eigenvalue those along sums and differences too; fewer where none is found."""
+    """First points of the branches that leave a branch point, tangents away from it: two of every null vector, of two
+    null vectors all that are seen around it (`compare.continuation.ring`); fewer where none is found."""
+    return leaving(special, options, size)[0]
+
+
+def leaving(special: Special, options: Options | None = None, size: float = 0.03) -> tuple[list[Point], bool]:
+    """The same, and whether they are a circle of branches, of which one is given."""
     options = options or Options()
+    if special.modes.shape[1] == 2:
+        for shrink in SHRUNK:
+            ring = around(special, shrink * size, options)
+            if ring is not None and ring.points:
+                renewed = [_renewed(point) for point in ring.points]
+                return [point for point in renewed if point is not None], ring.circle
+    return _each_way(special, size, options), False
+
+
+def _each_way(special: Special, size: float, options: Options) -> list[Point]:
     point = special.point
     found: list[Point] = []
     for mode in _directions(special.modes):
@@ -193,7 +211,7 @@ def _off(point: Point, mode: FloatArray, size: float, options: Options) -> Point
     across = _across(point, mode)
     if across is None:
         return None
-    for shrink in (1.0, 0.3, 0.1, 0.03, 0.01):
+    for shrink in SHRUNK:
         step = size * shrink * system.reach(point.z, size * shrink * across[0])
         first = at(point, step, options.tolerance, across=across)
         if first is None:

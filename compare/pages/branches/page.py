@@ -223,6 +223,12 @@ def sentences(diagram: Diagram) -> list[str]:
             f"{len(images)} branches are images of others (by a mirror, a turn, or read from the other end): their own "
             "branch points were not followed again."
         )
+    circles = sum(b.circle for b in diagram.branches)
+    if circles:
+        said.append(
+            f"{circles} branches stand for a circle of branches each, turned into each other at no cost: one of it is "
+            "followed, and its modes are counted without that turn."
+        )
     said.append("What is not connected with these branches is not seen: a diagram is no proof that it is all.")
     return said
 
@@ -253,7 +259,7 @@ def record(diagram: Diagram) -> dict[str, Any]:
             {
                 "model": b.model, "branch": b.number, "points": len(b.points), "ended": b.ended,
                 "leaves": None if b.leaves is None else {"branch": b.leaves[0], "parameter": b.leaves[1]},
-                "image_of": b.image_of, "image_by": b.image_by,
+                "image_of": b.image_of, "image_by": b.image_by, "circle": b.circle,
                 "joins": [{"branch": number, "parameter": value} for number, value in b.joins],
             }
             for b in diagram.branches

@@ -74,11 +74,13 @@ class BranchPoint:
 @dataclass(frozen=True)
 class Branch:
     """A branch of one model: its number, points in order, how it ended ("range", "closed", "steps", "stuck",
-    "stopped"), which branch point it leaves (branch, parameter; None: the one that the scene's own state lies on), and
-    of which branch it is the image (`compare.studies.branches.images`). unasked: points without an unstable mode of their
-    own of which it is not known whether what is free on them (rulings of a straight part) makes them unstable. image_by:
-    by what it is an image: a mirror, a turn, read from the other end; joins: other branch points (branch, parameter)
-    that it was found to leave too."""
+    "unresolved", "stopped"), which branch point it leaves (branch, parameter; None: the one that the scene's own state
+    lies on), and of which branch it is the image (`compare.studies.branches.images`).
+
+    unasked: points without an unstable mode of their own of which it is not known whether what is free on them (rulings
+    of a straight part) makes them unstable; image_by: by what it is an image: a mirror, a turn, read from the other
+    end; joins: other branch points (branch, parameter) that it was found to leave too; circle: whether it stands for a
+    circle of branches, which are turned into each other (`compare.continuation.pinned`)."""
 
     model: str
     number: int
@@ -89,6 +91,7 @@ class Branch:
     unasked: int = 0
     image_by: By | None = None
     joins: tuple[tuple[int, float], ...] = ()
+    circle: bool = False
 
     @property
     def special(self) -> tuple[BranchPoint, ...]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -78,7 +79,7 @@ class Known:
             ahead = (t - one.t) / (other.t - one.t) if other.t != one.t else 0.0
             if -_BEFORE <= ahead < 0.0:
                 yield from self._between(one, other, ahead, t)
-        for one, other in zip(points[:-1], points[1:], strict=True):
+        for one, other in pairwise(points):
             if (one.t - t) * (other.t - t) <= 0.0 and one.t != other.t:
                 yield from self._between(one, other, (t - one.t) / (other.t - one.t), t)
 

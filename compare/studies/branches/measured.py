@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compare.continuation.finer import continued, is_level, refined, relocated
+from compare.continuation.pinned import Pinned
 from compare.continuation.point import Kind, Options, Point, Special
 from compare.measure.mesh_limit import Settled, settled
 from compare.models.capabilities import BranchStart
@@ -102,3 +103,15 @@ class Measured:
 
 def _numbers(point: BranchPoint) -> Numbers:
     return Numbers(point.parameter, point.energy, point.centreline, point.force)
+
+
+def unpinned(start: BranchStart) -> BranchStart:
+    """What a model says of points, of those on one of a circle of branches too (`compare.continuation.pinned`)."""
+
+    def own(point: Point) -> Point:
+        return replace(point, system=point.system.own) if isinstance(point.system, Pinned) else point
+
+    return replace(
+        start, shape=lambda point: start.shape(own(point)), freed=lambda point: start.freed(own(point)),
+        force=lambda point, shape: start.force(own(point), shape),
+    )  # fmt: skip

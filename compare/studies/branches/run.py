@@ -1,7 +1,8 @@
 """Following all branches of a scene's models: the scene's own, then those that leave it, and theirs.
 
-Every branch point is left along its null vectors, both ways; whether a branch is one that was followed, or the image of
-one, is told by its first point (`compare.studies.branches.images`). Folds, branch points and events are located again on elements half and a
+Every branch point is left along its null vectors, both ways, a double one every way that leads on
+(`compare.continuation.ring`); whether a branch is one that was followed, or the image of one, is told by its first
+point (`compare.studies.branches.images`). Folds, branch points and events are located again on elements half and a
 quarter as long (`compare.continuation.finer`), and their limit taken (`compare.measure.mesh_limit`); every other point
 is put again on them (`compare.studies.branches.bars`).
 """
@@ -20,6 +21,7 @@ from compare import registry
 from compare.continuation.correct import first_point
 from compare.continuation.follow import follow, switched
 from compare.continuation.journal import kept
+from compare.continuation.pinned import Pinned
 from compare.continuation.point import Options, Point, Run
 from compare.models.base import State, check_keys
 from compare.models.capabilities import Branches, BranchStart
@@ -32,7 +34,7 @@ from compare.studies.branches import freed
 from compare.studies.branches.along import Along, number_of, placed
 from compare.studies.branches.diagram import Branch, BranchPoint, Diagram
 from compare.studies.branches.images import Image, Known
-from compare.studies.branches.measured import Measured
+from compare.studies.branches.measured import Measured, unpinned
 from ribbonbench.errors import BadInput
 from ribbonbench.threads import alone
 
@@ -177,7 +179,7 @@ class _Models:
         model = registry.model(name)
         assert isinstance(model, Branches)
         self._told(f"{word}: the state where the branch begins")
-        self.start: BranchStart = model.branch_start(self.scene_at, say, moving=asked.moving)
+        self.start: BranchStart = unpinned(model.branch_start(self.scene_at, say, moving=asked.moving))
         self.left = 0
         regular = asked.errors and (not self.start.costly if asked.points is None else asked.points)
         self.measured = Measured(
@@ -219,14 +221,14 @@ class _Models:
         known = Known(self.start.shape, lambda t: self.scene_at(t).width, self.options)
         while waiting:
             first, leaves = waiting.pop(0)
-            if len(found) >= self.asked.branches or self._spent():
-                self.left += 1
-                continue
-            image = None if leaves is None else known.image(first)
+            image = None if leaves is None or self._spent() else known.image(first)
             if image is not None and image.by is None:  # that branch again, from its other end
                 at = next(k for k, one in enumerate(found) if one.number == image.of)
                 assert leaves is not None
                 found[at] = replace(found[at], joins=(*found[at].joins, leaves))
+                continue
+            if len(found) >= self.asked.branches or self._spent():
+                self.left += 1
                 continue
             made, run, fallen = self._branch(first, number, leaves, image)
             found.append(made)
@@ -286,7 +288,7 @@ class _Models:
             points.append(point if regular else replace(point, unstable=both))
         return Branch(
             self.word, number, tuple(points), run.ended, leaves, None if image is None else image.of, free.count(None),
-            None if image is None else image.by,
+            None if image is None else image.by, circle=isinstance(first.system, Pinned),
         ), run, fallen  # fmt: skip
 
     def _fallen(self, points: Sequence[Point], free: Sequence[bool | None]) -> freed.Lost | None:

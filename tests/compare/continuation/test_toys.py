@@ -7,7 +7,7 @@ from compare.continuation import bordered
 from compare.continuation.correct import first_point
 from compare.continuation.deflate import deflated
 from compare.continuation.finer import relocated
-from compare.continuation.follow import follow, switched
+from compare.continuation.follow import follow, leaving, switched
 from compare.continuation.point import Options
 from tests.compare.continuation.toys import Dense, Toy
 
@@ -61,6 +61,48 @@ def test_a_double_eigenvalue_is_one_point_with_two_modes_and_eight_branches():
     angles = sorted(round(np.degrees(np.arctan2(p.z[1], p.z[0])) % 45.0, 3) % 45.0 for p in found)
     assert len(found) == 8
     assert angles == pytest.approx([0.0] * 8, abs=1e-3)
+
+
+def mixed(turn, a, b, c):
+    """A double eigenvalue at t = 0.5 with the energy a x^4 / 4 + b x^2 y^2 / 2 + c y^4 / 4, axes turned."""
+    axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+
+    def gradient(z, t):
+        x, y = axes @ z
+        return axes.T @ np.array([x * (0.5 - t + a * x * x + b * y * y), y * (0.5 - t + b * x * x + c * y * y)])
+
+    return Toy(gradient, 2)
+
+
+@pytest.mark.parametrize("sizes", [(2.0, 1.0, 2.0), (1.0, 3.0, 1.0), (1.0, 0.2, 1.0), (3.0, 1.0, 1.5), (1.2, 1.0, 2.5)])
+@pytest.mark.parametrize("turn", [0.0, 0.2, 0.7, 1.3])
+def test_all_four_pairs_leave_a_double_point_however_its_modes_lie(sizes, turn):
+    """Pure ones along both axes, mixed ones where a x^2 + b y^2 = b x^2 + c y^2."""
+    a, b, c = sizes
+    system = mixed(turn, a, b, c)
+    (special,) = follow(first_point(system, np.zeros(2), 0.0, 1e-12)).specials
+    found, circle = leaving(special)
+    slope = np.arctan(np.sqrt((a - b) / (c - b)))
+    exact = np.sort((np.array([0.0, 0.5 * np.pi, slope, -slope])[:, None] + [0.0, np.pi]).ravel() % (2.0 * np.pi))
+    angles = np.sort([(np.arctan2(p.z[1], p.z[0]) - turn + 1e-6) % (2.0 * np.pi) - 1e-6 for p in found])
+    assert not circle
+    assert angles == pytest.approx(exact, abs=1e-5)
+    assert max(np.abs(system.residual(p.z, p.t)).max() for p in found) < 1e-9
+
+
+def test_of_a_circle_of_branches_one_is_followed_and_is_stable():
+    system = mixed(0.4, 1.0, 1.0, 1.0)
+    (special,) = follow(first_point(system, np.zeros(2), 0.0, 1e-12)).specials
+    found, circle = leaving(special)
+    assert circle
+    (first,) = found
+    run = follow(first)
+    assert run.ended == "range"
+    assert run.specials == ()
+    assert {p.unstable for p in run.points} == {0}
+    last = run.points[-1].z
+    assert np.hypot(*last) == pytest.approx(np.sqrt(0.5), abs=1e-9)
+    assert last / np.hypot(*last) == pytest.approx(first.z / np.hypot(*first.z), abs=1e-7)
 
 
 def test_a_fork_is_found_again_on_the_branch_that_leaves_it():

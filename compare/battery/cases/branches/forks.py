@@ -64,19 +64,25 @@ def _mast(segments: Rung) -> Iterator[Check]:
 
 def _square(torsion: Rung) -> Iterator[Check]:
     """A rod of square section falls over to every side at one weight: one fork with two null vectors. What leaves it is
-    a surface of states, turned about the mast, and no branch: it is not followed."""
+    a circle of branches, turned about the mast, of which one is followed: stable, and the planar elastica's."""
     from compare.studies.branches.run import Asked, diagram
 
     rod = {"rod.bending": [1.0, 1.0], "rod.torsion": float(torsion), "rod.shear": [_STIFF] * 2, "rod.stretch": _STIFF}
     scene = loads(MAST, "mast").replace({**rod, "model.energy": "antman", "model.elements": 12})
-    found = diagram(scene, "strip.gamma", 7.0, 8.5, asked=Asked(branches=1, errors=False))
-    (own,) = found.branches
+    asked = Asked(branches=4, errors=False)
+    own, *others = diagram(scene, "strip.gamma", 7.0, 10.0, asked=asked).branches
     forks = [point for point in own.points if point.kind == "branch_point"]
     yield Check("forks, apart from one", abs(len(forks) - 1), 0.0, said=str([p.parameter for p in forks]))
     yield Check("null vectors of it, apart from two", abs(len(forks[0].critical) - 2), 0.0)
     yield near("its place", forks[0].parameter, greenhill(), 2e-5)
     regular = [point.unstable for point in own.points if point.kind == "regular"]
     yield Check("unstable modes at the end, apart from two", abs(regular[-1] - 2), 0.0)
+    yield Check("branches that leave, apart from one", abs(len(others) - 1), 0.0)
+    yield holds("it stands for a circle", others[0].circle)
+    yield Check("its unstable modes beside the turn", max(point.unstable for point in others[0].points), 0.0)
+    plane = loads(MAST, "mast").replace({"model.energy": "elastica"})
+    _, fallen, *_ = diagram(plane, "strip.gamma", 7.0, 10.0, asked=asked).branches
+    yield near("its energy at the end, the elastica's", others[0].points[-1].energy, fallen.points[-1].energy, 2e-5)
 
 
 CASES: tuple[Case, ...] = (
@@ -101,7 +107,7 @@ CASES: tuple[Case, ...] = (
     Case(
         name="branches/square",
         hard="square symmetry: a mast of square section, whose fork has a double eigenvalue",
-        expected="one fork at Greenhill's weight with two null vectors",
+        expected="one fork at Greenhill's weight with two null vectors, left by a circle of the elastica's branches",
         parameter="torsional stiffness / Y I",
         run=_square,
         rungs=(0.8,),
