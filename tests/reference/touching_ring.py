@@ -54,10 +54,12 @@ class Ring:
     unknowns: FloatArray
 
 
-def _rate(_: float, y: FloatArray) -> FloatArray:
-    u, m, n = y[3:6], y[6:9], y[9:12]
-    bent = np.cross(m, u)
-    return np.concatenate([u, bent, np.cross(n, u), np.zeros(3), [0.5 * bent @ bent]])
+def _rate(_: float, y: FloatArray) -> list[float]:
+    """Of (r, u, m, n, energy of bending)."""
+    a, b, c, m1, m2, m3, f, g, h = y[3:12].tolist()
+    d1, d2, d3 = m2 * c - m3 * b, m3 * a - m1 * c, m1 * b - m2 * a
+    bent = 0.5 * (d1 * d1 + d2 * d2 + d3 * d3)
+    return [a, b, c, d1, d2, d3, g * c - h * b, h * a - f * c, f * b - g * a, 0.0, 0.0, 0.0, bent]
 
 
 def _walked(y: FloatArray, low: float, high: float, at: FloatArray | None = None) -> FloatArray:
@@ -161,3 +163,15 @@ def of_turn(
 
     brentq(missed, *apices, xtol=1e-10)
     return known["ring"]
+
+
+def opened(torsion: float, diameter: float, guess: FloatArray) -> Ring:
+    """The ring whose one place of contact pushes no more, from a guess (6,) of (x, a, t, n_2, n_3) and the curvature of
+    the apex. `ValueError` where the shooting does not end."""
+
+    def missed(v: FloatArray) -> FloatArray:
+        own = _missed(v[:5], float(v[5]), torsion, diameter, 1)
+        return np.append(own, v[4])  # n_3 is the same from s = 0 to 1/4
+
+    v = np.asarray(root(missed, guess, method="hybr", tol=1e-13).x)
+    return ring(float(v[5]), torsion, diameter, v[:5])

@@ -59,6 +59,8 @@ NAMES = (
     "obstacles",
     "friction",
     "ply",
+    "michell",
+    "plectoneme",
     "edges",
     "curl_length",
     "rod_ribbon",
