@@ -33,6 +33,8 @@ _PARALLEL = 2e-2
 _STATION = 4
 #: Times that a pair is put on the segment next to its own.
 _PASSED = 4
+#: Part of the length from an end at which a place is at the end.
+_ENDED = 1e-12
 #: Part of a segment by which a place begins beyond a joint that it has passed.
 _INSIDE = 0.02
 
@@ -146,7 +148,9 @@ def narrowed(problem: MixedProblem, x: FloatArray, pairs: list[Pair]) -> tuple[F
             break
         pairs = moved
     found = [pair.at(place).ordered() for place, pair in zip(places, pairs, strict=True)]
-    ended = (np.array([[pair.s, pair.s_other] for pair in found]) % 1.0 == 0.0) | (rows.beyond(x) == 0)
+    along = np.array([[pair.s, pair.s_other] for pair in found])
+    at_end = along % 1.0 == 0.0 if problem.round else np.minimum(along, 1.0 - along) < _ENDED
+    ended = at_end | (rows.beyond(x) == 0)
     least = ended.all(axis=1)  # what still slides is nearest elsewhere
     return gaps[least], [pair for pair, inside in zip(found, least, strict=True) if inside]
 

@@ -29,7 +29,7 @@ from ribbon.problems.curved.rows import CurvedJointRows, CurvedTouchRows
 from ribbon.problems.fields import Fields
 from ribbon.problems.friction.particles import ParticleRows, Rub
 from ribbon.problems.friction.term import Friction, grouped
-from ribbon.problems.itself.pairs import BEYOND_ROUND, Pair, PairRows
+from ribbon.problems.itself.pairs import BEYOND, BEYOND_ROUND, Pair, PairRows
 from ribbon.problems.layout import STRIDE, MixedLayout
 from ribbon.problems.protocol import Anchor, Counters
 from ribbon.problems.touching import Touch, TouchRows
@@ -416,11 +416,9 @@ class Held:
 
     def _pair_rows(self) -> PairRows:
         segments = np.array([[self.segment_at(s) for s in (pair.s, pair.s_other)] for pair in self.pairs]).T
-        over = None
-        if self.round:
-            over = np.full((2, self.lengths.size), BEYOND_ROUND)
-            if not self.joined:  # nothing is beyond the rod's ends
-                over[0, 0] = over[1, -1] = 0.0
+        over = np.full((2, self.lengths.size), BEYOND_ROUND if self.round else BEYOND)
+        if not self.joined:  # nothing is beyond the strip's ends
+            over[0, 0] = over[1, -1] = 0.0
         return PairRows(
             self.pairs, self.apart, segments, self.lengths, self.reach, self.exponent_limit,
             self.fields.components, self.fields.free, self.sideways, over,

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from compare.measure.balance import Push, Wrench, abscissae
 from compare.models.ribbon.state import RibbonShape
 from compare.models.strips.balance import left_over
-from compare.models.strips.walls import walls_of_strip
 from compare.models.strips.build import arguments, check_model
+from compare.models.strips.walls import walls_of_strip
 from compare.scene.strips.read import leg
 from compare.scene.strips.scene import StripsScene
 from ribbonbench.errors import BadInput
@@ -91,9 +91,7 @@ def solved(
     return StripsState(scene, found, shapes, over, balance, seconds, went)
 
 
-def _found(
-    scene: StripsScene, leave_saddle: bool, say: Callable[[str], object] | None
-) -> tuple[Any, tuple[Went, ...]]:
+def _found(scene: StripsScene, leave_saddle: bool, say: Callable[[str], object] | None) -> tuple[Any, tuple[Went, ...]]:
     """The state of the scene, at the end of its path if it has one, and how each of its legs went."""
     from ribbon.find.strips import solve as strips
     from ribbon.find.strips.assemble import assembled

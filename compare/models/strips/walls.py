@@ -29,7 +29,7 @@ class OnStrip:
 
 
 def walls_of_strip(scene: StripsScene, found: Any, k: int) -> list[OnStrip]:
-    """Of strip k of a `ribbon.find.strips.result.StripsEquilibrium`, in the order of the scene's walls and obstacles."""
+    """Of strip k of a `ribbon.find.strips.result.StripsEquilibrium`, in the scene's order of walls and obstacles."""
     over, unit = found.problem.lengths_over[k], found.problem.stiffness_over[k]
     strip, first = found.strips[k], scene.first
     shape = RibbonShape(strip)

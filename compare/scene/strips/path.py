@@ -1,4 +1,4 @@
-"""The [[path]] of a scene of several strips: its stages one after the other, then the scene itself, and what is between.
+"""The [[path]] of a scene of several strips: its stages in order, then the scene itself, and what is between.
 
 A stage changes clamps, walls, obstacles and the direction of the weight, on top of the stages before it. Between two
 of them numbers vary linearly, frames by the shortest rotation, directions along their great circle

@@ -16,8 +16,8 @@ from compare.scene.inputs.source import name_of
 from compare.scene.read import one_line, read_sections
 from compare.scene.scene import Scene
 from compare.scene.strips.check import check_together
-from compare.scene.strips.scene import Joined, StripsScene
 from compare.scene.strips.path import read_stages, way
+from compare.scene.strips.scene import Joined, StripsScene
 from compare.scene.strips.spec import ENDS, KEYS, OWN, BetweenSpec, JointSpec
 from compare.scene.strips.write import assign
 from compare.scene.table import Table, missing, reject_unknown

@@ -69,8 +69,9 @@ def assembled(
     **choices: bool | str | None,
 ) -> StripsProblem:
     """The problem of `members` with these joints; apart: distance that different strips keep, in their unit of length;
-    rulings: of every joint, "straight" or "free" (None: free where the strip goes on or is pinned); walls:
-    rigid ones and obstacles that none of them can cross, in their unit of length; choices: `stiffness` and `in_plane` of the energy. `RibbonInputError` for what contradicts itself."""
+    rulings: of every joint, "straight" or "free" (None: free where the strip goes on or is pinned); walls: rigid
+    ones and obstacles that none of them can cross, in their unit of length; choices: `stiffness` and `in_plane` of the
+    energy. `RibbonInputError` for what contradicts itself."""
     if not members:
         raise RibbonInputError("strips", 0, "give one strip at least")
     if any(wall.stiffness is not None or wall.friction for wall in walls):

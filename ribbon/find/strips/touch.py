@@ -41,6 +41,8 @@ _ROUNDS, _WARM = 25, 150
 _PUSHES, _CLEARLY = 1e-9, 1e-7
 #: Times that a pair is put on the segment next to its own; where it begins there; near a joint: both, of a segment.
 _PASSED, _INSIDE, _NEAR = 4, 0.02, 0.35
+#: Part of a strip's length from its end at which a place is at the end.
+_ENDED = 1e-12
 #: Sine of the angle of rulings below which no place on them is nearest, and below which both ends of what lies side by
 #: side are looked at too: strips that lie on each other would turn about one place.
 _PARALLEL, _ALONG = 2e-2, 0.5
@@ -179,7 +181,8 @@ def narrowed(
         pairs = moved
     gaps = rows.gaps(x)
     found = [pair.at(place) for pair, place in zip(pairs, places, strict=True)]
-    ended = (np.array([[pair.s, pair.s_other] for pair in found]) % 1.0 == 0.0) | (beyond == 0)
+    along = np.array([[pair.s, pair.s_other] for pair in found])
+    ended = (np.minimum(along, 1.0 - along) < _ENDED) | (beyond == 0)
     least = ended.all(axis=1)
     for k in np.flatnonzero(~least):
         least[k] = not any(_beside(parts, found[k], found[m]) for m in np.flatnonzero(least))

@@ -105,8 +105,7 @@ def _slid(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimu
         return problem, point
     each = _each(problem, point)
     places = [
-        contacts.single_places(part, own) if part.walls else []
-        for part, own in zip(problem.parts, each, strict=True)
+        contacts.single_places(part, own) if part.walls else [] for part, own in zip(problem.parts, each, strict=True)
     ]
     known = zip(problem.parts, places, strict=True)
     if all(contacts.place_slides(part, place) for part, own in known for place in own):
@@ -151,13 +150,12 @@ def _let_go(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Mini
     if not any(part.touching for part in problem.parts):
         return problem, point
     parts, rows = zip(
-        *(
-            contacts.without_idle(part, own)
-            for part, own in zip(problem.parts, _each(problem, point), strict=True)
-        ),
+        *(contacts.without_idle(part, own) for part, own in zip(problem.parts, _each(problem, point), strict=True)),
         strict=True,
     )
     fewer = problem.with_changes(parts=parts)
     gathered = _gathered(problem, fewer, point, rows)
     residual = kkt_residual(fewer, point.x, point.multipliers, gathered)
-    return (problem, point) if residual > RESIDUAL_TOLERANCE else (fewer, replace(point, rows=gathered, residual=residual))
+    return (
+        (problem, point) if residual > RESIDUAL_TOLERANCE else (fewer, replace(point, rows=gathered, residual=residual))
+    )

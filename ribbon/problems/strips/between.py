@@ -78,9 +78,12 @@ class BetweenRows(PairRows):
     def _room(self) -> tuple[FloatArray, FloatArray]:
         low, high = [], []
         for own in self.sides:
-            length, edge = own.lengths[own.segments[0]], np.full(self.count, own.half_width)
-            low += [-BEYOND * length, -edge]
-            high += [(1.0 + BEYOND) * length, edge]
+            segment = own.segments[0]
+            length, edge = own.lengths[segment], np.full(self.count, own.half_width)
+            before = np.where(segment == 0, 0.0, BEYOND)  # nothing is beyond a strip's ends
+            behind = np.where(segment == own.lengths.size - 1, 0.0, BEYOND)
+            low += [-before * length, -edge]
+            high += [(1.0 + behind) * length, edge]
         return np.stack(low, axis=1), np.stack(high, axis=1)
 
     def _side(self, x: FloatArray, side: int, t: FloatArray, second: bool) -> Side:

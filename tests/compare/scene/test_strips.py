@@ -80,7 +80,25 @@ def fault(given):
         (("joint",), [], "strip.right.clamp", "held by no clamp"),
         (("strip",), [], "strip", "array of tables"),
         (("closure",), {"kind": "circle"}, "closure", "several strips"),
-        (("path",), [{"strip.width": 0.1}], "path", "several strips"),
+        (("path",), [{"strip.width": 0.1}], "path[0].strip.width", "several strips"),
+        (("path",), [{"joint.0.angle": 10.0}], "path[0].joint.0.angle", "several strips"),
+        (("path",), [{}], "path[0]", "changes no key"),
+        (("path",), [{"strip.middle.clamp.start.position": [0, 0, 0]}], "path[0].strip.middle.clamp.start.position",
+         "names no strip"),
+        (("path",), [{"steps": 3, "gravity.up": [0.0, 1.0, 0.0]}], "path[0].steps", "first"),
+        (("path",), [{"strip.left.clamp.start.tangent": [0.0, 0.0, 3.0]}],
+         "path[0].strip.left.clamp.start.tangent", ""),
+        (("path",), {"gravity.up": [0.0, 1.0, 0.0]}, "path", "array of tables"),
+        (("wall",), [{"point": [0.0, -1.0, 0.0], "normal": [0.0, 1.0, 0.0], "stiffness": 3.0}], "wall.stiffness",
+         "several strips"),
+        (("wall",), [{"point": [0.0, -1.0, 0.0], "normal": [0.0, 1.0, 0.0], "friction": 0.3}], "wall.friction",
+         "several strips"),
+        (("wall",), [{"point": [0.0, 1.0, 0.0], "normal": [0.0, 1.0, 0.0]}], "strip.left.clamp.start.position",
+         "wrong side"),
+        (("obstacle",), [{"kind": "sphere", "point": [0.0, 0.0, 0.0], "radius": 0.5}],
+         "strip.left.clamp.start.position", ""),
+        (("obstacle",), [{"kind": "cube", "point": [0.0, 0.0, 0.0]}], "obstacle.0.kind", ""),
+        (("wall",), {"point": [0.0, 1.0, 0.0]}, "wall", "array of tables"),
         (("clamp",), {"start": dict(CLAMP)}, "clamp", "several strips"),
         (("model",), {"tolerance": 1e-3}, "model.tolerance", "several strips"),
         (("model",), {"energi": "sadowsky"}, "model.energi", "known key"),
@@ -190,5 +208,7 @@ def test_a_single_strip_is_no_list():
     assert not is_several("[strip]\nlength = 1.0\n")
     assert not is_several("no toml")
     assert is_several('[[strip]]\nname = "a"\n')
-    assert {name.split(".")[0] for name in KEYS} == {"title", "strip", "joint", "gravity", "contact", "model"}
+    assert {name.split(".")[0] for name in KEYS} == {
+        "title", "strip", "joint", "gravity", "contact", "wall", "obstacle", "path", "model",
+    }  # fmt: skip
     assert tomllib.loads(build(document()).to_toml()) == document()

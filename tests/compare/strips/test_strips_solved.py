@@ -12,7 +12,7 @@ from compare.models.strips.solve import solved
 from compare.pages.export.vtu import read_vtu
 from compare.pages.strips.page import write
 from compare.scene.inputs.source import shipped_strips
-from compare.scene.strips.read import build, loads
+from compare.scene.strips.read import build, leg, loads
 from ribbonbench.errors import BadInput
 from tests.compare.scene.test_strips import document
 
@@ -191,3 +191,99 @@ def test_strips_that_begin_through_each_other_are_refused_with_the_place():
     scene = shipped("crossing", **{"strip.upper.clamp.start.position": [0.0, -0.15, 0.001]})
     with pytest.raises(BadInput, match=r"lower at s = .* upper at s = "):
         solved(scene)
+
+
+TABLE = """
+title = "A strip cut in two on a table"
+[[strip]]
+name = "a"
+length = 0.15
+width = 0.010
+thickness = 2e-4
+poisson = 0.4
+young = 4.0e9
+density = 1400.0
+[strip.clamp.start]
+position = [0.0, 0.0, 0.02]
+tangent = [1.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+[[strip]]
+name = "b"
+length = 0.2
+width = 0.010
+thickness = 2e-4
+poisson = 0.4
+young = 4.0e9
+density = 1400.0
+[[joint]]
+a = "a.end"
+b = "b.start"
+kind = "seamless"
+[[wall]]
+name = "table"
+point = [0.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+[gravity]
+up = [0.0, 0.0, 1.0]
+[model]
+energy = "kirchhoff"
+elements = 10
+"""
+
+
+def test_a_table_carries_what_the_clamp_does_not(tmp_path):
+    """Forces of walls by name and strip, balanced; the moment of the table is that of its pushes."""
+    (tmp_path / "table.toml").write_text(TABLE)
+    assert run(tmp_path, "solve", str(tmp_path / "table.toml")) == 0
+    found = json.loads((tmp_path / "out" / "result.json").read_text())
+    scene = loads(TABLE)
+    weight = sum(strip.gamma * over**-2 for strip, over in zip(scene.strips, (1.0, 4.0 / 3.0), strict=True))
+    (table,) = found["walls"]
+    assert table["name"] == "table"
+    assert set(table["strips"]) == {"b"}
+    own = table["strips"]["b"]
+    assert np.array(found["strips"]["a"]["forces"]["start"]) + table["force"] == pytest.approx(
+        [0.0, 0.0, weight], abs=1e-6
+    )
+    assert sum(own["pushes"]) == pytest.approx(table["force"][2], abs=1e-6)
+    assert table["moment"][1] == pytest.approx(
+        -sum(push * point[0] for push, point in zip(own["pushes"], own["points"], strict=True)), abs=1e-6
+    )
+    assert table["force"][2] > 0.3 * weight
+    assert found["penetration"] <= 1e-6
+    assert max(strip["unbalanced"] for strip in found["strips"].values()) < BALANCED
+
+
+def test_a_path_of_strips_leads_where_the_scene_itself_is():
+    """Begun 0.18 above the table and turned on the way: the same state, by increments that jump nowhere."""
+    way = """
+[[path]]
+"strip.a.clamp.start.position" = [0.0, 0.0, 0.2]
+[[path]]
+"strip.a.clamp.start.tangent" = [0.8, 0.0, 0.6]
+"strip.a.clamp.start.normal" = [-0.6, 0.0, 0.8]
+"wall.table.point" = [0.0, 0.0, -0.01]
+steps = 3
+"""
+    few = {"model.elements": 6}
+    scene, straight = loads(TABLE + way, "way", few), solved(loads(TABLE, "table", few), error=False)
+    assert [stage.strips[0].clamp_start.position[2] for stage in scene.stages] == [0.2, 0.2]
+    assert scene.steps == (None, 3, None)
+    half = leg(scene, 0)(0.5)
+    assert half.first.wall_points[0][2] * 0.15 == pytest.approx(-0.005)
+    assert half.strips[0].start_frame[:, 2] == pytest.approx([np.cos(0.5 * np.arctan(0.75)), 0.0,
+                                                              np.sin(0.5 * np.arctan(0.75))])  # fmt: skip
+    state = solved(scene, error=False)
+    assert state.ok
+    assert [one.t for one in state.went] == [1.0, 1.0]
+    assert state.went[0].increments == 3
+    assert not any(one.jumps for one in state.went)
+    assert state.native.energy.total == pytest.approx(straight.native.energy.total, rel=1e-7)
+    assert state.native.strips[1].walls[0].force == pytest.approx(straight.native.strips[1].walls[0].force, abs=1e-5)
+
+
+def test_stages_that_cannot_vary_step_by_step_are_refused():
+    document_of = loads(TABLE).document
+    jumps = {**document_of, "path": [{"strip.a.clamp.start.tangent": [-1.0, 0.0, 0.0]}]}
+    with pytest.raises(BadInput, match="half turn"):
+        build(jumps)

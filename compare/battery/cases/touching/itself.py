@@ -77,6 +77,10 @@ CASES: tuple[Case, ...] = (
         _pressed,
         (0.17,),
         (0.14, 0.12, 0.1),
+        {
+            0.1: "the way stops at 0.127 l, where increments have shortened until 60 s are spent; to 0.12 l, in "
+            "other increments, it arrives"
+        },
     ),
     Case(
         "touching/segments_of_a_fold",

@@ -18,6 +18,8 @@ from ribbon.find.solve import Problem, build, solve_from
 UP = (0.0, 1.0, 0.0)
 #: The pressed end: slope of its clamp below the horizontal (degrees), how far the clamp falls (l), segments.
 SLOPE, FALL, SEGMENTS = 30.0, 0.25, 10
+#: The same of an end that cannot slide, so that the strip buckles between clamp and end.
+SMALL = 0.05
 #: Coefficient on the slope and of the increments; Coulomb's law and balance, relative.
 MU, LAW, BALANCE = 0.3, 1e-7, 1e-7
 #: Work, energy and what friction took are one another's but for this over the number of increments, D w / l.
@@ -41,13 +43,13 @@ def _run(
     return states, follow(problem_at, start, steps=steps, on_step=kept, smallest=smallest).ok
 
 
-def pressed(mu: float, steps: int) -> tuple[list[Equilibrium], bool]:
+def pressed(mu: float, steps: int, fall: float = FALL) -> tuple[list[Equilibrium], bool]:
     """A weightless strip whose end touches a floor, while its clamp falls."""
     top = math.sin(math.radians(SLOPE))
 
     def at(t: float, friction: float = mu) -> Problem:
         return build(
-            Strip(1.0, 0.02), _clamp(top - FALL * t), energy="sadowsky", formulation="mixed", segments=SEGMENTS,
+            Strip(1.0, 0.02), _clamp(top - fall * t), energy="sadowsky", formulation="mixed", segments=SEGMENTS,
             walls=[Wall((0.0, 1e-9, 0.0), UP, friction=friction)],
         )  # fmt: skip
 
@@ -88,7 +90,7 @@ def _held(state: Equilibrium, weight: np.ndarray) -> Check:
 
 def _coefficient(rung: Rung) -> Iterator[Check]:
     mu = float(rung)
-    states, arrived = pressed(mu, 4)
+    states, arrived = pressed(mu, 4, SMALL if mu > 1.0 / math.tan(math.radians(SLOPE)) else FALL)
     yield holds("arrived", arrived)
     yield _law(states[1:], mu)
     yield _held(states[-1], np.zeros(3))
@@ -136,7 +138,8 @@ def _increments(rung: Rung) -> Iterator[Check]:
 CASES: tuple[Case, ...] = (
     Case(
         "touching/coefficients",
-        "an end pressed on a floor while its clamp falls by 0.25 l: from no friction to so much that it cannot slide",
+        "an end pressed on a floor while its clamp falls by 0.25 l: from no friction to so much that it cannot slide "
+        "(above 1.73; the clamp falls by 0.05 l, and the strip buckles)",
         "Coulomb's law holds in every state; clamp, push and friction balance; nothing is below the floor",
         "coefficient of friction",
         _coefficient,

@@ -22,7 +22,7 @@ UP = np.array([0.0, 0.0, 1.0])
 #: Distance that strips keep, l; what is left of force and moment; joints opened (l, rad).
 APART, BALANCE, HELD = 0.05, 1e-6, 1e-8
 #: Time for a solve, s.
-BUDGET = 60.0
+BUDGET, SHORT = 60.0, 30.0
 #: Widths along both strips from a joint within which they are not looked at (docs/scenes.md).
 _BESIDE = 3.0
 
@@ -192,9 +192,15 @@ def _along(rung: Rung) -> Iterator[Check]:
     clamp = Clamp((0.0, 0.0, APART + 0.005), way, (0.0, 0.0, 1.0))
     high = Member(Strip(length=1.0, gamma=3.0, **_section(0.05)), clamp, segments=10, name="high")
     members = [_low(), high]
-    found = strips.solve(members, (), Gravity(UP), "kirchhoff", APART, budget=BUDGET)
+    found = strips.solve(members, (), Gravity(UP), "kirchhoff", APART, budget=SHORT)
     yield from _apart(found, members)
 
+
+_BEHIND = (
+    "a place within 1 % of a segment behind a joint is held on the element continued there: one force is 5e-4 of "
+    "itself aside, and its gap 9e-8 of the largest push off"
+)
+_LINES = "lines of contact: pairs of places come and go, and the search ends not converged or failed"
 
 CASES: tuple[Case, ...] = (
     Case(
@@ -241,6 +247,7 @@ CASES: tuple[Case, ...] = (
         _many,
         (2.0,),
         (4.0, 8.0),
+        {8.0: _BEHIND},
     ),
     Case(
         "touching/along_each_other",
@@ -248,7 +255,8 @@ CASES: tuple[Case, ...] = (
         "nowhere nearer than 0.05 l by more than 1e-6 l; pushes times gaps vanish; every strip is in balance",
         "angle between them, degrees",
         _along,
-        (),
-        (30.0, 10.0, 3.0, 1.0, 0.0),
+        (30.0,),
+        (10.0, 3.0, 1.0, 0.0),
+        {3.0: _LINES, 1.0: _LINES, 0.0: _LINES},
     ),
 )
