@@ -87,6 +87,7 @@ NAMES = (
     "shell_shift",
     "on_edge",
     "shift",
+    "shift_branches",
     "shell_curl",
     "shell_corners",
     "models_4_3",

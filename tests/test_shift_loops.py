@@ -1,0 +1,44 @@
+"""From folds and branch points of 7.2 to hystereses (`tests.validation.workbench.shift_diagram`)."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.validation.workbench.shift_diagram import Diagram, Place, goes_back, width
+from tests.validation.workbench.shift_followed import rippled
+
+
+def place(*values: float) -> Place:
+    return Place.of({"values": values, "height": 0.25}, 1e-9)
+
+
+LOST, FLAT = place(0.38, 0.38, 0.38), place(0.45, 0.45, 0.45)
+
+
+def test_two_folds_are_one_hysteresis_with_the_limit_of_its_width():
+    """0.1 + h^2 on h = 0.1, 0.05, 0.025: 0.1."""
+    up, down = (place(*(a + b * h * h for h in (0.1, 0.05, 0.025))) for a, b in ((0.4, 2.0), (0.3, 1.0)))
+    (loop,) = Diagram(LOST, None, (up, down), FLAT, (), 0).loops()
+    assert loop == (up, down)
+    assert width(loop, 0.0).value == pytest.approx(0.1, abs=1e-9)
+    assert width(loop, 0.0).order == pytest.approx(2.0, abs=1e-6)
+
+
+def test_without_folds_there_is_none_and_one_fold_pairs_with_the_branch_point_beside_it():
+    assert Diagram(LOST, None, (), FLAT, (), 0).loops() == []
+    back = place(0.37, 0.37, 0.37)
+    assert Diagram(LOST, None, (back,), FLAT, (), 0).loops() == [(LOST, back)]
+    out = place(0.46, 0.46, 0.46)
+    assert Diagram(LOST, None, (out,), FLAT, (), 0).loops() == [(out, FLAT)]
+
+
+def test_neighbouring_folds_nearer_than_a_ripple_are_not_counted():
+    folds = [(0, 0.3851), (2, 0.3848), (3, 0.4004), (5, 0.3529)]
+    assert rippled(folds) == {0, 2}
+    assert rippled(folds[2:]) == set()
+
+
+def test_a_branch_that_leaves_to_the_unstable_side_is_told():
+    line = {"shift": [0.381, 0.36, 0.3], "height": [0.3, 0.28, 0.2]}
+    assert goes_back(0.38, line) == pytest.approx(0.02)
+    assert goes_back(0.38, {**line, "shift": [0.381, 0.39, 0.3]}) == 0.0

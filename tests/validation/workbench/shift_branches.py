@@ -1,0 +1,131 @@
+"""Thesis 7.2, the hysteresis: branches U, US and S of ribbons, rods and shells, their folds and branch points."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from compare.measure.mesh_limit import Settled
+from ribbon.find.branch.passages import Grading
+from tests.validation.number import Number
+from tests.validation.pieces import Pieces
+from tests.validation.workbench import shift_shells
+from tests.validation.workbench.shift_diagram import Diagram, Thin, diagram, goes_back, located_to, thin, width
+from tests.validation.workbench.shift_followed import RIPPLE, Case, flat, tilted, upright
+from tests.validation.workbench.shift_shells import Shell
+from tests.validation.workbench.shift_told import picture, write
+
+#: It takes no times that its page rests on.
+ALONE = False
+
+#: Ribbons whose elements are placed at every point, and rods on equal ones.
+CASES = (
+    Case("wunderlich", 20.0, 0.0, Grading(0.005, 0.001, 0.05)),
+    Case("wunderlich", 10.0, 0.0, Grading(0.01, 0.002, 0.1)),
+    Case("wunderlich", 6.0, 0.0, Grading(0.01, 0.002, 0.1)),
+)
+#: The rod: without weight its shape hangs on the ratio of its stiffnesses, which is that of w/h, and not on w/l.
+ROD = Case("kirchhoff", 20.0, 50.0, None, 50)
+#: S of a ribbon on other elements than U and US.
+ODD = {CASES[0]: Case("wunderlich", 20.0, 0.0, Grading(0.005, 0.0005, 0.05))}
+#: `finite`: on equal elements that step over the layer at its clamps, halved.
+FINITE = tuple(Case("finite", narrow, 50.0, None, 50) for narrow in (40.0, 20.0))
+#: Shells: 1 over w/l, w/h, meshes whose elements are `FINER` times shorter each.
+SHELLS = (
+    (20.0, 50.0, ((27, 3), (40, 4), (60, 6))),
+    (20.0, 100.0, ((60, 6), (90, 9), (135, 13))),
+)  # fmt: skip
+
+
+@functools.cache
+def coarse(flat_one: bool) -> float:
+    """Where the rod of w/l = 1/20 leaves the arch, or S, on its first elements."""
+    case = ROD
+    found = flat(case, 0) if flat_one else upright(case, 0)
+    return float(next(s for s in found["specials"] if s["kind"] == "branch_point")["values"][0])
+
+
+PROBES = {
+    "coarse_lost_kirchhoff_20": functools.partial(coarse, False),
+    "coarse_flat_kirchhoff_20": functools.partial(coarse, True),
+}
+
+
+def run(out: Path) -> dict[str, Number]:
+    """Measures what is not kept, writes shift_branches.md and shift_branches.png; its numbers by name."""
+    kept = Pieces("shift_branches")
+    lines = {
+        case: diagram(case, *(kept.get(name, make) for name, make in parts(case))) for case in (*CASES, ROD, *FINITE)
+    }
+    shells = {
+        (narrow, ratio): thin(
+            meshes,
+            [_kept(kept, Shell(narrow, ratio, mesh), "arch") for mesh in meshes],
+            [_kept(kept, Shell(narrow, ratio, mesh), "flat") for mesh in meshes],
+        )
+        for narrow, ratio, meshes in SHELLS
+    }  # fmt: skip
+    onset(lines, shells)
+    picture(out / "shift_branches.png", lines, shells)
+    write(out / "shift_branches.md", lines, shells)
+    return numbers(lines, shells)
+
+
+def onset(lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], Thin]) -> None:
+    """AssertionError where US leaves U to the unstable side by more than what elements make of it, on one mesh."""
+    for one in (*lines.values(), *shells.values()):
+        lost = math.nan if one.lost is None else one.lost[-1] if isinstance(one, Thin) else one.lost.values[0]
+        for line in one.lines:
+            if line["name"] == "US" and not goes_back(lost, line) < RIPPLE:
+                raise AssertionError(f"US goes back by {goes_back(lost, line):g} l from {lost:g} l")
+
+
+def parts(case: Case) -> list[tuple[str, Callable[[], Any]]]:
+    """Names of the pieces of a ribbon or rod, and what makes them: U, US and S; of `FINITE` U."""
+    branches = (("u", upright, case), ("us", tilted, case), ("s", flat, ODD.get(case, case)))
+    return [
+        (f"{of.name}_{word}", functools.partial(follow, of))
+        for word, follow, of in branches[: 1 if case in FINITE else 3]
+    ]
+
+
+def _kept(kept: Pieces, shell: Shell, word: str) -> Any:
+    make = shift_shells.arch_lost if word == "arch" else shift_shells.flat_lost
+    return kept.get(f"{shell.name}_{word}", functools.partial(make, shell))
+
+
+def _key(word: str, case: Case) -> str:
+    return f"{word}_{case.energy}_{case.narrow:g}"
+
+
+def numbers(lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], Thin]) -> dict[str, Number]:
+    """By name."""
+    found: dict[str, Number] = {}
+    for case, one in lines.items():
+        named = (("lost", one.lost), ("again", one.again), ("flat", one.flat))
+        found |= {_key(word, case): place.number() for word, place in named if place is not None}
+        for k, loop in enumerate(one.loops()):
+            end = f"_{k + 1}" if k else ""
+            found[_key("out", case) + end], found[_key("back", case) + end] = (place.number() for place in loop)
+            found[_key("width", case) + end] = _number(width(loop, located_to(case)))
+        found[_key("loops", case)] = Number(len(one.loops()), 0, shown="d")
+    for kind, place in (("lost", lines[ROD].lost), ("flat", lines[ROD].flat)):
+        assert place is not None
+        found[f"coarse_{kind}_kirchhoff_20"] = Number(
+            place.values[0], abs(place.values[1] - place.values[0]), "l", ".6f"
+        )  # fmt: skip
+    for (narrow, ratio), shell in shells.items():
+        for word, values in (("lost", shell.lost), ("flat", shell.flat)):
+            if all(math.isfinite(v) for v in values):
+                found[f"{word}_shell_{narrow:g}_{ratio:g}"] = _number(shell.limit(values))
+        found[f"width_shell_{narrow:g}_{ratio:g}"] = _number(shell.width())
+    return found
+
+
+def _number(found: Settled) -> Number:
+    if found.settles:
+        return Number(found.value, found.error, "l", ".4f")
+    return Number(found.value, None, "l", ".4f", "it does not settle over its meshes")

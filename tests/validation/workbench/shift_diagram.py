@@ -1,0 +1,151 @@
+"""Thesis 7.2: what was found along U, US and S of a model, with limits, errors and the hystereses between folds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from compare.measure.mesh_limit import Settled, settled
+from tests.validation.number import Number
+from tests.validation.workbench.shift_followed import RIPPLE, Case
+
+#: Every mesh of a shell has elements so many times shorter than the one before.
+FINER = 1.5
+#: To what a place is located on its mesh (l): where elements are placed anew they are so to a part of the shortest.
+PLACED, EQUAL, SHELL = 1e-5, 1e-9, 1e-9
+
+
+@dataclass(frozen=True)
+class Place:
+    """A branch point or fold on its meshes: its shift (l) on each, height there, limit."""
+
+    values: tuple[float, ...]
+    height: float
+    limit: Settled
+
+    @classmethod
+    def of(cls, found: Mapping[str, Any], located: float, ratio: float = 2.0) -> Place:
+        """From a special point of `followed`; where a mesh has none it does not settle."""
+        values = [*found["values"], *[math.nan] * (3 - len(found["values"]))][:3]
+        return cls(tuple(values), float(found["height"]), settled(values, located, ratio))
+
+    @property
+    def finest(self) -> float:
+        """On the finest mesh that has it."""
+        return next(value for value in reversed(self.values) if math.isfinite(value))
+
+    def number(self) -> Number:
+        """The limit, or the finest mesh's, with why it has no error."""
+        if self.limit.settles:
+            return Number(self.limit.value, self.limit.error, "l", ".4f")
+        return Number(self.finest, None, "l", ".4f", "it does not settle over its meshes")
+
+
+@dataclass(frozen=True)
+class Diagram:
+    """One model: where U is lost (and stable again), folds of US in order, where S is lost on the way back."""
+
+    lost: Place | None
+    again: Place | None
+    folds: tuple[Place, ...]
+    flat: Place | None
+    lines: tuple[dict[str, Any], ...]
+    ripples: int
+
+    def loops(self) -> list[tuple[Place, Place]]:
+        """(where the strip jumps on the way out, where on the way back) of every hysteresis, in order along US."""
+        turns = list(self.folds)
+        if self.lost is not None and turns and turns[0].finest < self.lost.finest:
+            turns.insert(0, self.lost)
+        if len(turns) % 2 and self.flat is not None:
+            turns.append(self.flat)
+        return list(zip(turns[::2], turns[1::2], strict=False))
+
+
+def goes_back(lost: float, line: Mapping[str, Any]) -> float:
+    """By how much (l) US lies before the shift at which U is lost, down to 0.9 of the height where it leaves U: 0 where
+    it leaves to the stable side."""
+    near = [shift for shift, high in zip(line["shift"], line["height"], strict=True) if high > 0.9 * line["height"][0]]
+    return max(0.0, lost - min(near))
+
+
+def located_to(case: Case) -> float:
+    """To what a place is located on its mesh."""
+    return EQUAL if case.grading is None else PLACED
+
+
+def widths(loop: tuple[Place, Place]) -> tuple[float, ...]:
+    """Of a hysteresis on each mesh, l."""
+    return tuple(a - b for a, b in zip(loop[0].values, loop[1].values, strict=True))
+
+
+def width(loop: tuple[Place, Place], located: float) -> Settled:
+    """Its limit."""
+    return settled(widths(loop), located)
+
+
+def diagram(case: Case, *parts: Mapping[str, Any]) -> Diagram:
+    """Of a ribbon or a rod, from its branches U, US and S."""
+    specials = [special for part in parts for special in part["specials"]]
+
+    def places(branch: str, kind: str) -> list[Place]:
+        return [Place.of(s, located_to(case)) for s in specials if s["branch"] == branch and s["kind"] == kind]
+
+    arch, odd = places("U", "branch_point"), places("S", "branch_point")
+    return Diagram(
+        arch[0] if arch else None, arch[1] if len(arch) > 1 else None, tuple(places("US", "fold")),
+        odd[0] if odd else None, tuple(line for part in parts for line in part["lines"]),
+        sum(int(part["ripples"]) for part in parts),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Thin:
+    """A shell over its meshes: shifts at which U and S are lost; pairs of folds of US (out, back) on each; folds and
+    lines of the finest, places (shift, height)."""
+
+    meshes: tuple[tuple[int, int], ...]
+    lost: tuple[float, ...]
+    flat: tuple[float, ...]
+    pairs: tuple[tuple[tuple[float, float], ...], ...]
+    folds: tuple[tuple[float, float], ...]
+    lines: tuple[dict[str, Any], ...]
+
+    def limit(self, values: Sequence[float]) -> Settled:
+        """Of a number on the meshes; one mesh has no error."""
+        if len(values) < 2:
+            return Settled(values[-1], math.nan, None, False)
+        return settled(values, SHELL, FINER)
+
+    @property
+    def widest(self) -> tuple[float, ...]:
+        """Width (l) of the widest hysteresis on each mesh, 0 without one."""
+        return tuple(max((a - b for a, b in pairs), default=0.0) for pairs in self.pairs)
+
+    def width(self) -> Settled:
+        """Of its hysteresis; 0 where the two finest meshes have none."""
+        if not any(self.widest[-2:]):
+            return Settled(0.0, RIPPLE, None, len(self.widest) > 1)
+        return self.limit(self.widest)
+
+
+Found = Sequence[Mapping[str, Any]]
+
+
+def thin(meshes: Sequence[tuple[int, int]], arch: Found, odd: Found) -> Thin:
+    """From what `shift_shells` found on each mesh."""
+    pairs = []
+    for found in arch:
+        turns = [float(shift) for shift, _ in found["folds"]]
+        pairs.append(tuple(zip(turns[::2], turns[1::2], strict=False)))
+    return Thin(
+        tuple(meshes), tuple(_float(f["lost"]) for f in arch), tuple(_float(f["lost"]) for f in odd), tuple(pairs),
+        tuple((float(shift), float(high)) for shift, high in arch[-1]["folds"]),
+        (*arch[-1]["lines"], *odd[-1]["lines"]),
+    )  # fmt: skip
+
+
+def _float(value: float | None) -> float:
+    return math.nan if value is None else float(value)

@@ -1,0 +1,237 @@
+"""Thesis 7.2, the hysteresis: the picture of every model's branches, the tables and the sentences of the page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+from matplotlib import pyplot as plt
+
+from compare.measure.mesh_limit import Settled
+from tests.validation import page
+from tests.validation.workbench.shift_diagram import Diagram, Place, Thin, located_to, width, widths
+from tests.validation.workbench.shift_followed import RIPPLE, Case
+
+COLOURS = {"wunderlich": "tab:red", "kirchhoff": "tab:gray", "finite": "tab:blue"}
+SHELLS = ("tab:green", "tab:purple", "tab:orange")
+
+
+def picture(path: Path, lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], Thin]) -> None:
+    """Height of the middle over the shift: left every model at w/l = 1/20, right Wunderlich's ribbon by its width;
+    dashed where not stable, special points with their errors."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(12.0, 4.8), sharey=True, layout="constrained")
+    for case, one in lines.items():
+        if case.narrow == 20.0 and case.energy != "finite":
+            _drawn(left, one.lines, COLOURS[case.energy], case.energy)
+            _marked(left, one, COLOURS[case.energy])
+    for k, ((_, ratio), shell) in enumerate(shells.items()):
+        _drawn(left, shell.lines, SHELLS[k], f"shell, w/h = {ratio:g}")
+        _marked_shell(left, shell, SHELLS[k])
+    widths = [case for case in lines if case.energy == "wunderlich"]
+    for k, case in enumerate(widths):
+        _drawn(right, lines[case].lines, f"C{k}", f"w/l = 1/{case.narrow:g}")
+        _marked(right, lines[case], f"C{k}")
+    for axes, title in ((left, "w/l = 1/20, every model"), (right, "wunderlich")):
+        axes.set(xlabel="shift (l)", title=title)
+        axes.legend(frameon=False)
+    left.set_ylabel("height of the middle (l)")
+    figure.savefig(path, dpi=120, metadata={"Software": None})
+    plt.close(figure)
+
+
+def _drawn(axes: Any, lines: Sequence[Mapping[str, Any]], colour: str, label: str) -> None:
+    """Parts of one stability, each from the point before it."""
+    for line in lines:
+        x, y, loose = line["shift"], line["height"], [n > 0 for n in line["unstable"]]
+        first = 0
+        for k in range(1, len(x) + 1):
+            if k == len(x) or loose[k] != loose[first]:
+                axes.plot(x[max(first - 1, 0) : k], y[max(first - 1, 0) : k], color=colour, lw=1.1,
+                          ls="--" if loose[first] else "-")  # fmt: skip
+                first = k
+    axes.plot([], [], color=colour, label=label)
+
+
+def _marked(axes: Any, one: Diagram, colour: str) -> None:
+    for place in (one.lost, one.again, *one.folds, one.flat):
+        if place is not None:
+            error = place.limit.error if place.limit.settles else abs(place.finest - place.values[0])
+            axes.errorbar(place.finest, place.height, xerr=error, fmt="o", ms=4, capsize=2, color=colour)
+
+
+def _marked_shell(axes: Any, shell: Thin, colour: str) -> None:
+    """On the finest mesh; errors of the limit, or the change from the mesh before."""
+    upright = next(line for line in shell.lines if line["name"] == "U")
+    height = float(np.interp(shell.lost[-1], upright["shift"], upright["height"]))
+    places = [(shell.lost, height), (shell.flat, 0.0)]
+    outer = [[found[k] for found in shell.pairs if found] for k in range(len(shell.pairs[-1]))]
+    for k, (_, high) in enumerate(shell.folds[: 2 * len(outer)]):
+        places.append((tuple(pair[k % 2] for pair in outer[k // 2]), high))
+    for values, high in places:
+        limit = shell.limit(values)
+        change = abs(values[-1] - values[-2]) if len(values) > 1 else 0.0
+        error = limit.error if limit.settles else change
+        axes.errorbar(values[-1], high, xerr=error, fmt="o", ms=4, capsize=2, color=colour)
+
+
+def _told(place: Place, digits: int = 5) -> tuple[str, ...]:
+    """Values on the meshes, limit and error."""
+    values = tuple(f"{v:.{digits}f}" if math.isfinite(v) else "not found" for v in place.values)
+    return (*values, *_ended(place.limit, place.values, digits))
+
+
+def _ended(limit: Settled, values: Sequence[float], digits: int) -> tuple[str, str]:
+    if limit.settles:
+        return f"{limit.value:.{digits}f}" if limit.value else "none", f"{limit.error:.0e}"
+    known = [v for v in values if math.isfinite(v)]
+    return "not settled", f"changes by {max(known) - min(known):.0e}" if len(known) > 1 else "-"
+
+
+def _rows(lines: Mapping[Case, Diagram]) -> list[tuple[str, ...]]:
+    """Every special point of ribbons and rods."""
+    rows = []
+    for case, one in lines.items():
+        of = (case.energy, "any" if case.energy == "kirchhoff" else f"1/{case.narrow:g}",
+              f"{case.ratio:g}" if case.ratio else "")  # fmt: skip
+        loops = one.loops()
+        named = [("U lost", one.lost), ("U stable again", one.again)]
+        for k, place in enumerate(one.folds):
+            named.append((f"fold of US {k + 1}", place))
+        for what, place in (*named, ("S lost", one.flat)):
+            if place is not None:
+                rows.append((*of, what, *_told(place)))
+        for loop in loops:
+            values = widths(loop)
+            limit = width(loop, located_to(case))
+            cells = tuple(f"{v:.5f}" if math.isfinite(v) else "not found" for v in values)
+            rows.append((*of, "**width**", *cells, *_ended(limit, values, 5)))
+        if not loops and case.energy != "finite":
+            rows.append((*of, "**width**", "", "", "", "none", f"{RIPPLE:.0e}"))
+    return rows
+
+
+def _shell_rows(shells: Mapping[tuple[float, float], Thin]) -> list[tuple[str, ...]]:
+    rows = []
+    for (narrow, ratio), one in shells.items():
+        of = (f"1/{narrow:g}", f"{ratio:g}", ", ".join(f"{a} x {b}" for a, b in one.meshes))
+        for what, values in (("U lost", one.lost), ("S lost", one.flat)):
+            cells = tuple(f"{v:.5f}" if math.isfinite(v) else "not found" for v in values)
+            rows.append((*of, what, *_three(cells), *_ended(one.limit(values), values, 5)))
+        told = tuple(" and ".join(f"{b:.4f} to {a:.4f}" for a, b in pairs) or "none" for pairs in one.pairs)
+        limit = one.width()
+        rows.append((*of, "**hysteresis**", *_three(told), *_ended(limit, one.widest, 4)))
+    return rows
+
+
+def _three(cells: tuple[str, ...]) -> tuple[str, ...]:
+    """Of as many meshes as there are."""
+    return (*cells, *[""] * (3 - len(cells)))
+
+
+def _named(case: Case, one: Diagram) -> str:
+    loops = one.loops()
+    if not loops:
+        return f"none at w/l = 1/{case.narrow:g}"
+    told = []
+    for out, back in loops:
+        limit = width((out, back), located_to(case))
+        error = f"+- {limit.error:.0e}" if limit.settles else "not settled"
+        told.append(f"{back.number()} to {out.number()} l at w/l = 1/{case.narrow:g} (width {limit.value:.4f} {error})")
+    return " and ".join(told)
+
+
+def _shelled(ratio: float, shell: Thin) -> str:
+    if not any(shell.widest[-2:]):
+        return f"none at w/h = {ratio:g} (below {RIPPLE:g})"
+    limit = shell.width()
+    if limit.settles:
+        return f"{limit.value:.4f} +- {limit.error:.0e} wide at w/h = {ratio:g}"
+    return f"{shell.widest[-1]:.4f} wide at w/h = {ratio:g} on its finest mesh, not settled"
+
+
+def open_ones(lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], Thin]) -> list[str]:
+    """What does not settle, in words."""
+    found = []
+    for case, one in lines.items():
+        for what, place in (("U lost", one.lost), ("U again", one.again), ("S lost", one.flat)):
+            if place is not None and not place.limit.settles:
+                found.append(f"{case.energy}, w/l = 1/{case.narrow:g}: {what}")
+        found += [
+            f"{case.energy}, w/l = 1/{case.narrow:g}: fold {k + 1} of US"
+            for k, place in enumerate(one.folds) if not place.limit.settles
+        ]  # fmt: skip
+    for (narrow, ratio), shell in shells.items():
+        for what, values in (("U lost", shell.lost), ("S lost", shell.flat)):
+            if not shell.limit(values).settles:
+                found.append(f"shell, w/l = 1/{narrow:g}, w/h = {ratio:g}: {what}")
+        if not shell.width().settles:
+            found.append(f"shell, w/l = 1/{narrow:g}, w/h = {ratio:g}: hysteresis")
+    return found
+
+
+def answer(lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], Thin]) -> str:
+    """The question of 7.2 in one sentence."""
+    ribbon = "; ".join(_named(case, one) for case, one in lines.items() if case.energy == "wunderlich")
+    rod = "has one" if any(one.loops() for case, one in lines.items() if case.energy == "kirchhoff") else "has none"
+    shell = ", ".join(_shelled(ratio, one) for (_, ratio), one in shells.items())
+    return (
+        f"**The inextensible ribbon has a hysteresis ({ribbon}), between two folds of the tilted branch and not where "
+        f"U or S is lost; the shell of w/l = 1/20 has it where it is thin ({shell}); the rod {rod}.**"
+    )
+
+
+SETUP = """\
+`shift_7_2`, nu = 0.3, weightless, clamps 0.5 l apart, both edges held, one clamp shifted from 0.01 l to 0.6 l. U: the
+upright arch, to where it is lost to a side; US: tilted, from there down to S; S: its middle at the height of the
+clamps, lost where the shift falls. Pseudo-arclength (`ribbonbench branches`) with the inertia of the exact second
+variation, every special point on three meshes; limit and error by `compare.measure.mesh_limit`. All shifts over l.
+Pieces are kept in out/validate/shift_branches."""
+WHAT = """\
+Where U is lost, and on the way back S, US leaves to the stable side, without a jump that is wider than {ripple:g} l.
+The jumps are between two folds further along US: on the way out the tilted strip, still high, jumps at fold 1; on the
+way back the low one at fold 2, to the arch itself where fold 2 lies below the shift at which U is lost. They come
+together as the strip gets wider, between w/l = 1/10 and 1/6. The sweeps of [7.2](shift/README.md), 0.355 to 0.400 for
+Wunderlich's strip of w/l = 1/20, saw these folds. Those of thin shells are the same ones, at the same heights, nearer
+to each other. What finer meshes do not have ([before](branches_shell.md)) are the folds at the pitchfork on 40 x 4
+elements, not this pair."""
+OTHERS = """\
+`sadowsky` has no value here: where the curvature passes zero its density is infinite with any twist, and U and US are
+twisted there. `finite` (w/h = 50, 50 equal elements, halved) is not followed beyond U, and at w/l = 1/10 not along it:
+the layer at its clamps is lost first ([7.2](shift/README.md)), on each mesh at another shift."""
+
+
+def write(path: Path, lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], Thin]) -> None:
+    """The page."""
+    left = open_ones(lines, shells)
+    rippled = [f"{one.ripples} folds (w/l = 1/{case.narrow:g})" for case, one in lines.items() if one.ripples]
+    page.write(
+        path,
+        "The branches between shifted clamps: is there a hysteresis? (thesis 7.2)",
+        "python -m tests.validation shift_branches",
+        f"Not settled: {'; '.join(left)}." if left else "Every special point settles over its meshes.",
+        answer(lines, shells),
+        SETUP.replace("\n", " "),
+        "![Height of the middle over the shift](shift_branches.png)",
+        "Full: stable, dashed: not; points: special ones with their errors. Shells: finest mesh, US as followed.",
+        "## What the hysteresis is",
+        WHAT.replace("\n", " ").format(ripple=RIPPLE),
+        "## Ribbons and rods",
+        "Elements of `wunderlich` are placed anew at every point (`Grading`), those of `kirchhoff` (w/h = 50; it does "
+        f"not know w/l) are 50 equal ones; halved twice. Pairs of folds nearer to each other than {RIPPLE:g} l are "
+        f"what elements make of a steep piece and are not counted: {', '.join(rippled) or 'none'}, `wunderlich`.",
+        page.table(("model", "w/l", "w/h", "what", "elements", "halved", "twice", "limit", "+-"), _rows(lines)),
+        OTHERS.replace("\n", " "),
+        "## Shells",
+        "Meshes with elements 1.5 times shorter each; a hysteresis is the interval between two folds of US, which is "
+        "followed down to a height of 0.18 l. Where S is lost at w/h = 50 settles on meshes that are halved: "
+        "[branches of shells](branches_shell.md).",
+        page.table(("w/l", "w/h", "meshes", "what", "coarse", "finer", "finest", "limit", "+-"), _shell_rows(shells)),
+        "Not measured here: the ribbon of w/l = 1/40, shells of w/h = 200 and of other widths (where U is lost: "
+        "[7.2](shift/README.md)), strips with weight.",
+    )
