@@ -25,7 +25,7 @@ An energy with a free twist has some of this itself (`compare.models.ribbon.negl
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -91,8 +91,9 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
     softened = soften(equilibrium, scene.width / width_to_thickness)
     ruled = equilibrium.problem.energy in RULED
     best = beside(scene, equilibrium, width_to_thickness) if ruled and equilibrium.ok else None
-    near = (best,) if best is None or not best.ok else either_side(scene, equilibrium, best)
-    each = [_estimated(scene, equilibrium, softened, one, width_to_thickness) for one in near]
+    seen: dict[int, float] = {}
+    near = (best,) if best is None or not best.ok else either_side(scene, equilibrium, best, seen)
+    each = [_estimated(scene, equilibrium, softened, one, width_to_thickness, seen) for one in near]
     found = max(each, key=lambda one: one.worst)
     rival = probe(scene, equilibrium)
     return replace(found, rival=rival, sides=sides(near, each), seconds=time.perf_counter() - clock)
@@ -115,8 +116,9 @@ def _estimated(
     softened: Equilibrium | None,
     best: Equilibrium | None,
     width_to_thickness: float,
+    seen: Mapping[int, float],
 ) -> Estimate:
-    """The estimate by way of a neighbour with energy "finite", `best` (None: it has none)."""
+    """The estimate by way of a neighbour with energy "finite", `best` (None: it has none); seen: as `to_shell`."""
     h, nu = scene.width / width_to_thickness, scene.strip.poisson
     section = ENERGIES[equilibrium.problem.energy].relaxed(nu, scene.width, h)
     there = softened if softened is not None else equilibrium
@@ -148,7 +150,7 @@ def _estimated(
         "clamps": clamps / whole,
     }
     if equilibrium.problem.energy in RULED:
-        distance = to_shell(scene, equilibrium, best, width_to_thickness)
+        distance = to_shell(scene, equilibrium, best, width_to_thickness, seen)
     else:
         distance = None if softened is None else _distance(scene, equilibrium, softened, state, h)
     scale = section.scale * float(np.sqrt(np.mean(state.omega**2))) ** 0.5

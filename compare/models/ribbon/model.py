@@ -38,11 +38,13 @@ from compare.registry import name_for
 from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
-    from compare.models.capabilities import BranchStart, Estimate, Followed, Moves, Priced
+    from compare.models.capabilities import BranchStart, Estimate, Followed, Moves, Priced, Rival
     from compare.models.ribbon.stages import LoadPath
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
     from ribbon import Equilibrium
+
+    Probed = tuple[Equilibrium, Rival | None]
 
 FloatArray = NDArray[np.float64]
 
@@ -158,13 +160,14 @@ class RibbonModel(Model):
 
     def _chosen(self, scene: Scene, size: Size | None, options: Options, say: Reporter | None) -> State:
         """With the energy that the scene's accuracy chooses, on the elements of the scene itself."""
-        from compare.models.ribbon.auto import choose, with_energy
+        from compare.models.ribbon.auto import LADDER, choose, with_energy
         from ribbon.solvers.budget import within
 
         with self._admitted(scene), within(scene.model.budget), compiling(say):
             choice = choose(scene, options, say)
         done = choice.solved.get(choice.energy) if size is None and not options.repeats else None
-        state = self._solved(with_energy(scene, choice.energy), size, options, say, done)
+        seen = None if done is None or choice.energy != LADDER[0] else (done[1], choice.rival)
+        state = self._solved(with_energy(scene, choice.energy), size, options, say, done, seen)
         return replace(state, numbers={**state.numbers, "auto": choice.to_dict()})
 
     def _solved(
@@ -174,8 +177,9 @@ class RibbonModel(Model):
         options: Options,
         say: Reporter | None,
         done: tuple[LoadPath | None, Equilibrium, Seconds] | None = None,
+        seen: Probed | None = None,
     ) -> State:
-        """With the energy of the scene; done: what is solved already."""
+        """With the energy of the scene; done: what is solved already; seen: what a probe has seen already."""
         from compare.models.ribbon.build import ribbon_energy
         from ribbon.solvers import choose
 
@@ -189,9 +193,11 @@ class RibbonModel(Model):
             with compiling(say):
                 path, found, seconds = done or solved(scene, options, say)
         state = state_of(scene, found, own_size(found) if size is None else _shown(size, found), seconds, path)
-        return self._judged(scene, state, options, say) if options.error else state
+        return self._judged(scene, state, options, say, seen) if options.error else state
 
-    def _judged(self, scene: Scene, state: State, options: Options, say: Reporter | None = None) -> State:
+    def _judged(
+        self, scene: Scene, state: State, options: Options, say: Reporter | None = None, seen: Probed | None = None
+    ) -> State:
         """With its errors and with what is beside it."""
         from ribbon.solvers import choose
         from ribbon.solvers.budget import within
@@ -199,7 +205,7 @@ class RibbonModel(Model):
         found = state.native
         with within(scene.model.budget), choose.using(scene.model.solver):
             state = judged(state, say, options.grid, scene)
-            state = neutral.told(scene, _beside_rivals(scene, state))
+            state = neutral.told(scene, _beside_rivals(scene, state, seen))
             if options.leave_saddle and state.status is Status.UNSTABLE and state.native is not found:
                 state = left(scene, state, say, options)
         return state
@@ -365,14 +371,14 @@ class RibbonModel(Model):
             raise BadInput("scene", scene.name, str(error)) from None
 
 
-def _beside_rivals(scene: Scene, state: State) -> State:
+def _beside_rivals(scene: Scene, state: State, seen: Probed | None = None) -> State:
     """The state with the other states that were looked for beside it, where it is known of none yet: of a strip that is
-    held at one end by the probe (`compare.models.ribbon.rivals`)."""
+    held at one end by the probe (`compare.models.ribbon.rivals`), which is not asked twice of one equilibrium."""
     from compare.models.ribbon.rivals import TRIES, is_probed, probe
 
     if state.rivals is not None or not state.ok or state.native is None or not is_probed(scene):
         return state
-    found = probe(scene, state.native)
+    found = seen[1] if seen is not None and seen[0] is state.native else probe(scene, state.native)
     if found is None:
         return replace(state, rivals=Rivals(TRIES, 0.0, "none lower was seen"))
     return replace(state, rivals=Rivals(TRIES, found.own - found.energy, found.text))

@@ -244,15 +244,27 @@ def apart(equilibrium: Equilibrium, best: Equilibrium, grid: Grid) -> float:
     return grid_hausdorff(aligned(points(equilibrium, grid), there, motions_of(equilibrium)), there)
 
 
+def grid_of(scene: Scene, best: Equilibrium) -> Grid:
+    """The particles on which a strip of the scene is compared with `best`."""
+    return Grid.for_shape(scene, float(np.abs(best.omega(_SAMPLES)).max()))
+
+
 def to_shell(
-    scene: Scene, equilibrium: Equilibrium, best: Equilibrium | None, ratio: float | None = None
+    scene: Scene,
+    equilibrium: Equilibrium,
+    best: Equilibrium | None,
+    ratio: float | None = None,
+    seen: Mapping[int, float] | None = None,
 ) -> float | None:
     """Estimated distance over l of a strip `equilibrium` to the shell, by way of `best`, its neighbour with energy
-    "finite" (`beside`); None where there is none, or what it leaves out could not be told."""
+    "finite" (`beside`); None where there is none, or what it leaves out could not be told. seen: what is known of the
+    distance to `best` by its id (`compare.models.ribbon.rivals.either_side`)."""
     if best is None or not best.ok:
         return None
-    grid = Grid.for_shape(scene, float(np.abs(best.omega(_SAMPLES)).max()))
-    distance = beyond(thin(scene, ratio), best).behind(0.0 if equilibrium is best else apart(equilibrium, best, grid))
+    moved = 0.0 if equilibrium is best else (seen or {}).get(id(best))
+    if moved is None:
+        moved = apart(equilibrium, best, grid_of(scene, best))
+    distance = beyond(thin(scene, ratio), best).behind(moved)
     return distance if math.isfinite(distance) else None
 
 

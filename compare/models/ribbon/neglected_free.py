@@ -59,8 +59,9 @@ def remaining(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float)
     scale = (3.0 * (1.0 - nu * nu)) ** 0.25 * scene.width / math.sqrt(h) * float(np.mean(state.omega**2)) ** 0.25
     known = (held["membrane"] + held["shear"]) / whole
     best = e if e.problem.energy == FINITE else beside(scene, e, width_to_thickness)
-    near = (best,) if best is None or best is e or not best.ok else either_side(scene, e, best)
-    each = [to_shell(scene, e, one, width_to_thickness) for one in near]
+    seen: dict[int, float] = {}
+    near = (best,) if best is None or best is e or not best.ok else either_side(scene, e, best, seen)
+    each = [to_shell(scene, e, one, width_to_thickness, seen) for one in near]
     rival = probe(scene, e)
     more = 0.0 if best is None or not best.ok else passages(thin(scene, width_to_thickness), best) / whole
     estimate = Estimate(width_to_thickness, parts, each[0], scale, 0.0, rival, known, passages=more)

@@ -92,7 +92,9 @@ def _rest(problem: Any, omega: FloatArray, eta: FloatArray) -> Equilibrium:
     return there if there.ok else solve_shape(problem, omega, eta)
 
 
-def either_side(scene: Scene, equilibrium: Equilibrium, best: Equilibrium) -> tuple[Equilibrium, ...]:
+def either_side(
+    scene: Scene, equilibrium: Equilibrium, best: Equilibrium, seen: dict[int, float] | None = None
+) -> tuple[Equilibrium, ...]:
     """`best`, the strip with energy "finite" that was found from the ribbon `equilibrium`
     (`compare.models.ribbon.neglected.beside`), and where there is one the state on the ribbon's other side.
 
@@ -100,14 +102,16 @@ def either_side(scene: Scene, equilibrium: Equilibrium, best: Equilibrium) -> tu
     which it buckles: a shell that begins at the ribbon's surface goes to one of them, and the strip with energy
     "finite" to the other. So it is begun once more where curvature and twist lie as far on the other side of the
     ribbon's. What it comes to counts when it stays on that side, no more than `FARTHER` times as far, without new
-    inflections; not looked for where the first is so near that neither keeps a distance from being good.
+    inflections; not looked for where the first is so near that neither keeps a distance from being good. seen: gets the
+    distance to `best` by its id, for `neglected.to_shell`.
     """
-    from compare.measure.grid import Grid
-    from compare.models.ribbon.neglected import apart, inflections
+    from compare.models.ribbon.neglected import apart, grid_of, inflections
     from ribbon.find.solve import solve_from
 
-    grid = Grid.for_shape(scene, float(np.abs(best.omega(np.linspace(0.0, 1.0, 401))).max()))
+    grid = grid_of(scene, best)
     moved = apart(equilibrium, best, grid)
+    if seen is not None:
+        seen[id(best)] = moved
     if FARTHER * moved <= APART:
         return (best,)
     omega, eta = equilibrium.problem.joint_values(equilibrium.x)

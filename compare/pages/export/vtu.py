@@ -118,7 +118,7 @@ def vtu_bytes(sheet: Sheet) -> bytes:
     (file formats in VTK's user guide, 2010, chapter 19)."""
     triangle, corners = 5, len(sheet.triangles)
     many = f'NumberOfPoints="{len(sheet.points)}" NumberOfCells="{corners}"'
-    parts = {
+    parts: dict[str, Mapping[str, NDArray[Any]]] = {
         "Points": {"Points": sheet.points},
         "Cells": {
             "connectivity": np.ravel(sheet.triangles),

@@ -15,7 +15,7 @@ from compare.measure.curvatures import curvatures
 from compare.measure.distance import grid_hausdorff
 from compare.measure.grid import Grid
 from compare.models.base import Options, State, Status, Variant
-from compare.models.ribbon import rivals
+from compare.models.ribbon import auto, rivals
 from compare.models.ribbon.auto import choose, with_energy
 from compare.models.ribbon.estimate import estimate
 from compare.models.ribbon.model import RibbonModel
@@ -30,7 +30,7 @@ from compare.store.store import CaseStore
 from compare.studies.compare import OWN_IS_HIGHER, compare, fit_slope, lower_state
 from compare.studies.limits import Thresholds, quick, with_clamp
 from ribbon.find.solve import solve_shape
-from tests.validation.workbench import drawn
+from tests.validation.workbench import drawn, felt
 
 UNSEEN = """
 title = "unseen 29"
@@ -359,3 +359,20 @@ def test_a_strip_that_nothing_holds_begins_as_the_shape_stands(segments):
     assert found.energy.total < own.energy.total - 0.05
     plain = solve_shape(problem, *problem.joint_values(found.x))
     assert plain.position(np.array([0.0]))[0, 2] < 0.05  # without its pose it is the other way up
+
+
+def test_one_equilibrium_is_probed_once(monkeypatch):
+    """The choice has looked beside the strip that is then the answer; its word stands, whatever it was."""
+    asked = []
+
+    def probe(scene, equilibrium):
+        asked.append(equilibrium)
+
+    monkeypatch.setattr(rivals, "probe", probe)
+    monkeypatch.setattr(auto, "probe", probe)
+    state = model("ribbon").solve(felt.own(), options=Options(error=True, repeats=0))
+    assert state.numbers["auto"]["chosen"] == "sadowsky"
+    assert len(asked) == 1
+    assert asked[0] is state.native
+    assert state.rivals is not None
+    assert state.rivals.tries == rivals.TRIES
