@@ -205,8 +205,8 @@ def _descend(
         if not correction < (LARGEST_CORRECTION if most is None else most):
             if most is None or shift > MOST_SHIFT:
                 return Attempt(False, state, stress, iteration, correction, None, load)
-            if equilibrium.contact is not None and before is not None:
-                equilibrium.contact.restore(before)  # what that step would have touched
+            if equilibrium.contact is not None and before is not None and equilibrium.supports.floating is not None:
+                equilibrium.contact.restore(before)  # of what falls: what that step would have touched
             shift = max(4.0 * shift, scale)  # a smaller step down
             continue
         stress, state = model.stress(state, step), retract(state, step)

@@ -248,6 +248,39 @@ def test_two_processes_say_an_error_once(arguments, word):
     assert sum(line.startswith("ribbonbench") and word in line for line in done.stderr.splitlines()) == 1
 
 
+RING = """
+[strip]
+length = 1.0
+width = 0.05
+thickness = 1e-3
+poisson = 0.0
+[closure]
+kind = "circle"
+[shell]
+elements = [20, 2]
+"""
+SEAM = "[clamp.start]\nposition = [0.0, 0.0, 0.0]\ntangent = [0.0, 0.0, 1.0]\nnormal = [0.0, 1.0, 0.0]\n"
+
+
+@pytest.mark.validate
+@needs_dolfinx
+@needs_mpirun
+def test_two_processes_bend_a_ring_whose_seam_is_held_and_say_what_they_cannot(tmp_path):
+    """2 pi^2 D w / l of a circle bent from flat; one that nothing holds is refused in one line."""
+    scene = tmp_path / "ring.toml"
+    scene.write_text(RING + SEAM)
+    done = alone(scene, "--out", tmp_path / "ring", environment=TOGETHER, before=MPIRUN)
+    assert done.returncode == DONE, done.stderr
+    found = result_of(tmp_path / "ring")
+    assert found["provenance"]["shell"]["processes"] == 2
+    assert found["stable"]
+    assert found["energy"]["elastic"] == pytest.approx(2.0 * np.pi**2, rel=1e-2)
+    scene.write_text(RING)
+    done = alone(scene, "--out", tmp_path / "free", environment=TOGETHER, before=MPIRUN)
+    assert done.returncode == BAD_INPUT
+    assert sum(line.startswith("ribbonbench: ") and "one process" in line for line in done.stderr.splitlines()) == 1
+
+
 @needs_mpirun
 def test_other_commands_refuse_mpirun():
     arguments = [*MPIRUN, sys.executable, "-m", "compare.cli", "solve", "limits_7_3"]

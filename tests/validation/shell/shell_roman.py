@@ -267,7 +267,7 @@ def run(out: Path) -> dict[str, Number]:
         f"{roman_states.HEIGHT:g}, w/h = {THIN:g}: each of the ribbon's four stable states "
         "([roman_states](roman_states/README.md)), and where a shell comes to rest from its surface, downwards. "
         "Where no equilibrium is reached that is said, and proves nothing. Where the distance is large the shell has "
-        "left the ribbon's state for another; whether it has one beside it too is not answered by that.",
+        "left the ribbon's state for another; what was tried to keep it near the uneven one: docs/decisions.md.",
         told,
         "![Forces over N^3, and the states from above](shell_roman.png)",
     )  # fmt: skip
