@@ -109,10 +109,12 @@ def _alike(fast: State, back: State, finer: int) -> bool:
     if fast.energy is None or back.energy is None:
         return False
     one, other = fast.energy.total, back.energy.total
-    known = (fast.errors.get("energy") or {}).get("total")
-    if one is None or other is None or (finer > 1 and known is None):
+    error = (fast.errors.get("energy") or {}).get("total")
+    if one is None or other is None:
         return False
-    return bool(abs(one - other) <= (ROUNDING * max(1.0, abs(one)) if finer == 1 else known))
+    if finer == 1:
+        error = ROUNDING * max(1.0, abs(one))
+    return error is not None and bool(abs(one - other) <= error)
 
 
 def _apart(state: State, there: NDArray[np.float64], grid: Grid, motions: Motions | None) -> float:
