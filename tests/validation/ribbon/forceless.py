@@ -169,10 +169,10 @@ def run(out: Path) -> dict[str, Number]:
         page.table(
             ["segments", "force, D w / l^2", "distance from the sphere, l", "radius, l", "moment / (2 energy), l"], rows
         ),
-        f"Order {order:.2f}. Radius {radius.value:.9f} +- {radius.error:.0e} l, centre "
+        f"Order {order:.1f}. Radius {radius.value:.9f} +- {radius.error:.0e} l, centre "
         + ", ".join(f"{c.value:.7f} +- {c.error:.0e}" for c in centre)
         + " l. Moment over twice the energy, which asks nothing of the shape: "
-        f"{by_moment.value:.9f} +- {by_moment.error:.0e} l.",
+        f"{by_moment.value:.9f} +- {by_moment.error:.0e} l, {abs(radius.value - by_moment.value):.0e} l apart.",
         "## Along the branch",
         f"Off the sphere in proportion to the force: {low:.3e} to {high:.3e} l per D w / l^2 "
         f"({SEGMENTS[-1]} segments).",
@@ -184,9 +184,9 @@ def run(out: Path) -> dict[str, Number]:
         "off_20": Number(own[20].off, 1e-10, "l", ".1e"),
         "off_80": Number(own[80].off, 1e-12, "l", ".1e"),
         "order": Number(order, 0.05, "", ".1f"),
-        "radius": Number(radius.value, radius.error, "l", ".8f"),
+        "radius": Number(radius.value, radius.error, "l", ".9f"),
         "radius_20": Number(own[20].radius, 1e-10, "l", ".10f"),
-        "by_moment": Number(by_moment.value, by_moment.error, "l", ".8f"),
+        "by_moment": Number(by_moment.value, by_moment.error, "l", ".9f"),
         "radii_apart": Number(abs(radius.value - by_moment.value), 1e-10, "l", ".0e"),
         "rate_20": Number(along_force(20)[1], 1e-8, "l / (D w / l^2)", ".3e"),
         "force": Number(max(p.force for p in every), 1e-3, "D w / l^2", ".2f"),

@@ -363,7 +363,8 @@ def run(out: Path) -> dict[str, Number]:
     page.write(
         out / "roman_branches.md", "Roman's strip under a falling roof: branches with their events",
         "python -m tests.validation roman_branches",
-        f"Algorithm 3 (thesis, 6.2.2): Delta = {DELTA}, Gamma = {GAMMA:g}, the roof from H = {TOP} down to i = "
+        f"Algorithm 3 (thesis, 6.2.2, figures 6.12 to 6.14): Delta = {DELTA}, Gamma = {GAMMA:g}, the roof from H "
+        f"= {TOP} down to i = "
         f"{LAST} "
         f"(H = {low():.6f}), rulings straight, floor at the clamps' height. Places of contact are unknowns (theory, "
         "(8.8)): every event has a limit on arcs of 8, 16 and 32 elements. Unstable modes are counted in the "
@@ -432,7 +433,7 @@ def _numbers(
 ) -> dict[str, Number]:
     def of(name: str, gamma: float, word: str) -> Number:
         found = limit(name, gamma, word)
-        return Number(found.value, found.error, "l", ".7f")
+        return Number(found.value, found.error, "l", ".9f")
 
     return {
         "touch": of("one", GAMMA, TOUCHES),
@@ -446,9 +447,9 @@ def _numbers(
         "buckles_apart": Number(abs(limit("one", 0.0, BUCKLES).value - closed_buckled()), 1e-11, "l", ".0e"),
         "spread_apart": Number(abs(limit("one", GAMMA, SPREADS).value - shot_spread(GAMMA)), 1e-10, "l", ".0e"),
         "itself": Number(itself, 1e-6, "l", ".5f"),
-        "barrier": Number(barriers[1][2], 1e-6, "D w / l", ".1e"),
-        "barrier_line": Number(barriers[1][3], 1e-7, "D w / l", ".1e"),
-        "ribbon": Number(max(abs(row[-1]) for row in beside), 1e-4, "", ".0e"),
+        "barrier": Number(barriers[1][2], 1e-6, "D w / l", ".3e"),
+        "barrier_line": Number(barriers[1][3], 1e-7, "D w / l", ".3e"),
+        "ribbon": Number(max(abs(row[-1]) for row in beside), 1e-4, "", ".1e"),
         "touch_8": Number(PROBES["touch_8"](), 1e-10, "l", ".9f"),
         "spread_8": Number(PROBES["spread_8"](), 1e-10, "l", ".9f"),
         "fold_8": Number(PROBES["fold_8"](), 1e-9, "l", ".9f"),
