@@ -57,7 +57,6 @@ NAMES = (
     "friction",
     "ply",
     "michell",
-    "plectoneme",
     "edges",
     "curl_length",
     "rod_ribbon",
