@@ -47,7 +47,8 @@ def tangent(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, rows:
     values = problem.constraints(x)
     slack = np.minimum(values - below, above - values)
     pushing = ~equal & (np.abs(rows) > _PUSHES) & (slack <= ACTIVE_DISTANCE)
-    equal[problem.idle_rows(x)] = False
+    if isinstance(problem, MixedProblem):  # several strips have no such rows
+        equal[problem.idle_rows(x)] = False
     active = np.nonzero(equal | pushing)[0]
     return Tangent(~(fixed | held), active[active >= glue], int(held.sum()), int(pushing.sum()))
 

@@ -113,8 +113,9 @@ def touching(twist: float, turn: float, torsion: float, diameter: float, guess: 
 
 def without_end(turn: float, torsion: float) -> float:
     """The least distance Z at which a rod whose loop does not feel its clamps is in equilibrium before it touches
-    itself: with m = M / sqrt(T), by its homoclinic shapes R = M / C + 4 arccos(m / 2), 1 - Z = 4 sqrt((1 - m^2 / 4) / T)
-    (G. H. M. van der Heijden and J. M. T. Thompson 2000, doi:10.1023/A:1008310425967)."""
+    itself: with m = M / sqrt(T), by its homoclinic shapes R = M / C + 4 arccos(m / 2) and
+    1 - Z = 4 sqrt((1 - m^2 / 4) / T) (S. Neukirch, G. H. M. van der Heijden and J. M. T. Thompson 2002, J. Mech. Phys.
+    Solids 50, 1175)."""
 
     def shortening(m: float) -> float:
         moment = torsion * (turn - 4.0 * np.arccos(0.5 * m))

@@ -38,9 +38,9 @@ _E1, _E2, _E3 = np.diag([1.0, -1.0, -1.0]), np.diag([-1.0, 1.0, -1.0]), np.diag(
 
 @dataclass(frozen=True)
 class Ring:
-    """A ring at rest: its twist t (rad), turn T (rad), writhe, energy without contact's (there is none), force F of each
-    place of contact, its abscissa s (and -s, 1/2 - s, 1/2 + s; nan: free), curvature at the apex, distance of the
-    strands at s = 1/4, largest mismatch of the shooting, and the unknowns of the shooting."""
+    """A ring at rest: its twist t (rad), turn T (rad), writhe, energy, force F of each place of contact, its abscissa s
+    (and -s, 1/2 - s, 1/2 + s; nan: free), curvature at the apex, distance of the strands at s = 1/4, largest mismatch
+    of the shooting, and the unknowns of the shooting."""
 
     twist: float
     turn: float
@@ -120,9 +120,7 @@ def writhe(r: FloatArray) -> float:
         one, two, three, four = a[j] - a[i], b[j] - a[i], b[j] - b[i], a[j] - b[i]
         faces = [np.cross(p, q) for p, q in ((one, two), (two, three), (three, four), (four, one))]
         faces = [f / np.maximum(np.linalg.norm(f, axis=1), 1e-300)[:, None] for f in faces]
-        angle = sum(
-            np.arcsin(np.clip(np.einsum("ki,ki->k", f, g), -1.0, 1.0)) for f, g in pairwise([*faces, faces[0]])
-        )
+        angle = sum(np.arcsin(np.clip(np.einsum("ki,ki->k", f, g), -1.0, 1.0)) for f, g in pairwise([*faces, faces[0]]))
         side = np.einsum("ki,ki->k", np.cross(b[j] - a[j], b[i] - a[i]), one)
         total += float((angle * np.sign(side)).sum())
     return total / (2.0 * np.pi)
@@ -139,7 +137,7 @@ def ring(
     found = root(_missed, guess, args=given, method="hybr", tol=1e-13)
     v = np.asarray(found.x)
     mismatch = float(np.abs(_missed(v, *given)).max())
-    if not mismatch < 1e-8:
+    if not mismatch < 1e-8 or (places == 2 and not 0.0 < v[5] < 0.25):
         raise ValueError(f"no ring of the curvature {apex:g}: {found.message}")
     y, twist = _begun(v, apex, torsion), float(v[2])
     coarse, fine = (writhe(_curve(y, v, places, count)) for count in (chords, 2 * chords))
@@ -157,11 +155,11 @@ def of_turn(
     known = {"v": np.asarray(guess, dtype=float)}
 
     def missed(apex: float) -> float:
-        found = ring(apex, torsion, diameter, known["v"], places)
+        found = ring(apex, torsion, diameter, known["v"], places, chords=50)
         known["v"], known["ring"] = found.unknowns, found
         return found.turn - turn
 
-    brentq(missed, *apices, xtol=1e-10)
+    brentq(missed, *apices, xtol=1e-8)
     return known["ring"]
 
 

@@ -60,7 +60,6 @@ NAMES = (
     "friction",
     "ply",
     "michell",
-    "plectoneme",
     "edges",
     "curl_length",
     "rod_ribbon",

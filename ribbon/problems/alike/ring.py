@@ -1,4 +1,4 @@
-"""What a rod of round section may do for nothing: turn about the axis of its clamps, and, as a ring, slide along itself.
+"""What a round rod may do for nothing: turn about the axis of its clamps, and, as a ring, slide along itself.
 
 Straight at rest, both bendings alike, held at both ends along one axis, a rod may bend to any side: its shape turns
 about the axis, its sections turn back in it, and energy and contact are the same, on segments too. Where both ends are
@@ -7,10 +7,10 @@ Two linear rows hold them, on the place r(1/2) halfway (docs/theory.md, eq. (5.1
 
     (r(1/2) - r(0)) . t_x(0) = 0 ,     and of a ring     (r(1/2) - r(0)) . t_z(0) = 0
 
-Of a ring that is alike about an axis across s and s + 1/2 the second says that |r(s + 1/2) - r(s)| is greatest or least
-at the seam: it stays at the apex of a loop, or where strands cross. Of a circle's and a straight rod's modes, which come
-in pairs turned against each other by a quarter wave or a right angle, they leave one of each. At an equilibrium nothing
-pushes against them but what segments do to it.
+Of a ring that is alike about an axis across s and s + 1/2 the second says that |r(s + 1/2) - r(s)| is greatest or
+least at the seam: it stays at the apex of a loop, or where strands cross. Of a circle's and a straight rod's modes,
+which come in pairs turned against each other by a quarter wave or a right angle, they leave one of each. At an
+equilibrium nothing pushes against them but what segments do to it.
 """
 
 from __future__ import annotations
@@ -51,9 +51,7 @@ def coaxial(start: Clamp | None, end: Clamp | None, closure: Closure | None) -> 
     return bool(one @ other > 1.0 - _TANGENT and np.linalg.norm(np.cross(one, chord)) <= _TANGENT)
 
 
-def gauge(
-    layout: MixedLayout, position: NDArray[np.float64], turned: NDArray[np.float64], joined: bool
-) -> LinearRows:
+def gauge(layout: MixedLayout, position: NDArray[np.float64], turned: NDArray[np.float64], joined: bool) -> LinearRows:
     """The rows, of a rod whose start is at r(0) = position (3,) and turned by the quaternion (4,), as a ring or not."""
     across = quaternion.matrix(turned).T[[0, 2] if joined else [0]]
     one, other = layout.joint(layout.segments // 2), layout.joint((layout.segments + 1) // 2)

@@ -13,6 +13,7 @@ from ribbon.find.solve import build, solve
 from ribbon.find.solving.request import How
 from ribbon.judge import nearness
 from ribbon.judge.passage import passage
+from tests.reference import touching_ring
 
 NU, WIDTH, THICK = 0.3, 0.01, 0.04
 #: Both bendings alike: (1 - nu^2) (w / h)^2 = 1.
@@ -103,3 +104,45 @@ def test_a_twisted_rod_whose_ends_come_together_snaps_into_a_loop_that_lies_on_i
         assert pair.gap == pytest.approx(0.02, abs=1e-8)
     assert min(gap for gap, _ in nearness.minima(state.problem, state.x, 0.01)) > -nearness.TOLERANCE
     assert np.abs(state.start.force + state.end_support.force).max() < 1e-5 * push
+
+
+@pytest.mark.validate
+def test_a_ring_beyond_its_critical_turn_touches_itself_at_two_places_and_going_back_at_one():
+    """Beside shooting, C / B = 0.6183, diameter 0.02; on 40 segments forces between joints cost some 1e-3."""
+    critical = 2.0 * np.pi * np.sqrt(3.0) / TORSION
+    at = {"apart": 0.02, "round_rod": True}
+    start, end = clamps(0.0)
+    state = solve(STRIP, start, end=end, energy="kirchhoff", segments=40, seed_curvature=2.0 * np.pi, **at)
+    state = follow(lambda t: ring(-0.999 * critical * t, **at), state, steps=16)
+    layout = state.problem.layout
+    places, mode = layout.positions(state.x), layout.positions(state.mode)
+    side = np.sign(mode[20] @ places[20]) * 0.004 / np.abs(mode).max()  # the seam becomes the apex of a loop
+    state = snap.landed(anchored(ring(-1.002 * critical, **at), state), state.x + side * state.mode, How())
+    assert state.ok
+    assert state.lowest_eigenvalue > 0.01
+    assert np.abs(state.rows[state.problem.block_slices()["gauge_ring"]]).max() < 1e-6
+    begin, known, seen = -1.002 * critical, shot(1.002 * critical, 2), [(state, 2)]
+    for turn, places in ((14.5, 1),):
+        seen.append((follow(lambda t, b=turn: ring(begin + (-b - begin) * t, **at), state, steps=12), places))
+    for (state, places), turn in zip(seen, (1.002 * critical, 14.5), strict=True):
+        known = shot(turn, places)
+        assert state.ok
+        assert state.energy.total == pytest.approx(known.energy, rel=1e-4)
+        push = [float(np.linalg.norm(pair.force)) for pair in state.pairs]
+        assert [f for f in push if f > 1e-3 * max(push)] == pytest.approx([known.force] * places, rel=3e-3)
+
+
+def shot(turn: float, places: int) -> touching_ring.Ring:
+    """A quarter of the ring by shooting, followed from where it is known for C / B = 2/3."""
+    guess = (0.196, -0.008, 4.1, -86.63, 30.97) if places == 1 else (
+        0.20908, -1.10255, 6.48049, -19.34, 167.567, 0.2308, 201.19,
+    )  # fmt: skip
+    v, apex, before = np.array(guess), 17.0 if places == 1 else 22.01, None
+    for c in np.linspace(2.0 / 3.0, TORSION, 6):
+        v = touching_ring.ring(apex, c, 0.02, v, places, chords=20).unknowns
+    while True:
+        found = touching_ring.ring(apex, TORSION, 0.02, v, places, chords=60)
+        if before is not None and (before.turn - turn) * (found.turn - turn) <= 0.0:
+            return touching_ring.of_turn(turn, TORSION, 0.02, before.unknowns, (before.apex, apex), places)
+        before, v = found, found.unknowns
+        apex += 0.1 if found.turn < turn else -0.1

@@ -35,10 +35,10 @@ CRITICAL = 2.0 * np.pi * np.sqrt(3.0) / TORSION
 _WIDTH = 0.01
 #: Turns (rad) that are looked at on the way up from where it has snapped, and on the way down.
 SNAPPED = 1.002 * CRITICAL
-UP, DOWN = (17.0, 18.5, 19.6, 21.0, 22.5, 24.0), (16.0, 15.4, 14.0, 12.0, 10.0)
-SEGMENTS, FEWER = 160, 80
+UP, DOWN = (17.0, 18.5, 19.6, 21.1), (16.0, 15.4, 14.0, 12.0, 10.5)
+SEGMENTS, FEWER = 100, 80
 #: Segments on which one place and two are looked at, and at which turns; up to which turn on fewer.
-ORDERS, ONE, TWO, LESS = (40, 80, 160), 14.0, 17.0, 18.5
+ORDERS, ONE, TWO, LESS = (40, 80, 100), 14.0, 17.0, 18.5
 #: Up to how many segments joints are put at two places.
 _JOINTS = 80
 #: Up to which turn there is a shooting of two places.
@@ -48,10 +48,10 @@ _KICK = 0.2
 #: Part of the largest force from which a place is one that touches.
 _CLEARLY = 1e-3
 #: Unknowns of the shooting to begin with (of one place: x, a, t, n_2, n_3; of two also s and F), and curvatures of the
-#: apex between which it is looked for; where the branch of one place folds, and that of two.
+#: apex to begin at; steps of the curvature along a branch, and chords of a quarter for the writhe.
 _ONE = (17.0, (0.196, -0.008, 4.1, -86.63, 30.97))
 _TWO = (22.01, (0.20908, -1.10255, 6.48049, -19.34, 167.567, 0.2308, 201.19))
-_FOLD_ONE, _FOLD_TWO = (20.0, 20.5), (21.16, 21.3)
+_STEP, _CHORDS = 0.05, 50
 
 
 def _strip(nu: float) -> Strip:
@@ -112,7 +112,7 @@ def at(segments: int, stages: tuple[float, ...]) -> Equilibrium:
     if not stages:
         return snapped(segments)
     before = (SNAPPED, *stages)[-2]
-    return _on(at(segments, stages[:-1]), before, stages[-1], 0.35)
+    return _on(at(segments, stages[:-1]), before, stages[-1], 0.5)
 
 
 def critical(segments: int) -> float:
@@ -162,11 +162,12 @@ def branch(places: int) -> tuple[reference.Ring, ...]:
     """The rings of one place or of two, by the curvature of the apex."""
     begin, guess = _ONE if places == 1 else _TWO
     found = {}
-    for step, last in ((-0.1, 16.9 if places == 1 else 21.17), (0.1, 21.25 if places == 1 else 22.85)):
+    for step, last in ((-_STEP, 16.9 if places == 1 else 21.17), (_STEP, 21.25 if places == 1 else 22.85)):
         v, apex = np.array(guess), begin
         while (last - apex) * step >= 0.0:
-            one = reference.ring(apex, TORSION, APART, v, places)
-            if places == 2 and not 0.2 < one.place < 0.2499:
+            try:
+                one = reference.ring(apex, TORSION, APART, v, places, chords=_CHORDS)
+            except ValueError:
                 break
             found[round(apex, 6)], v, apex = one, one.unknowns, apex + step
     return tuple(found[apex] for apex in sorted(found))
@@ -331,6 +332,7 @@ def run(out: Path) -> dict[str, Number]:
     _picture(out / "michell.png")
     folds = fold(1), fold(2), opened()
     few, fine = _few(), snapped(SEGMENTS)
+    push = float(pushes(few)[0, 2])
     up = reached()[-1]
     last = at(SEGMENTS, up)
     crossed = 0.5 * float(np.arccos(-np.dot(*state_tangents(last))))
@@ -341,14 +343,14 @@ def run(out: Path) -> dict[str, Number]:
         "python -m tests.validation michell",
         f"A straight round rod of length 1 and diameter {APART:g}, torsional over bending stiffness {TORSION:.4f}, its "
         "ends joined after one was turned by T about the tangent (`kirchhoff`, both ends held at one place; no "
-        "friction). Forces in D w / l^2, energies in D w / l, lengths in l. What does not hold: beyond two places there "
-        "is no second solution beside it, and of a line's two ends no force is told apart from its neighbours'; "
-        "elements have one order, so that they settle in the number of segments alone.",
+        "friction). Forces in D w / l^2, energies in D w / l, lengths in l. What does not hold: beyond two places "
+        "nothing stands beside it; a line is begun, not followed far; and elements have one order, so that they settle "
+        "in the number of segments alone.",
         f"The circle is stable up to T = 2 pi sqrt(3) / {TORSION:.4f} = {CRITICAL:.5f} (Michell 1889): its lowest "
         f"eigenvalue vanishes there to {offs[0]:.0e}, {offs[1]:.0e} and {offs[2]:.0e} of it on "
         f"{counts[0]}, {counts[1]} and {counts[2]} segments. Beyond, it snaps to two places of contact. They come "
-        f"together as T falls, the branch ends at {folds[1]:.4f}, and the ring snaps to one place, which lasts up to "
-        f"{folds[0]:.4f} and down to {folds[2]:.4f}, where it pushes no more and the ring springs back to the circle: "
+        f"together as T falls, the branch ends at {folds[1]:.2f}, and the ring snaps to one place, which lasts up to "
+        f"{folds[0]:.3f} and down to {folds[2]:.4f}, where it pushes no more and the ring springs back to the circle: "
         "between these the circle and one place, and for a little one place and two, are stable at the same turn "
         "(all three by shooting; forces of places at s and 1 - s, 1/2 - s, 1/2 + s are equal).",
         "*Writhe*: by Gauss's integral over the shape; with the twist it makes up the turn to *off*. *Shooting*: "
@@ -356,17 +358,17 @@ def run(out: Path) -> dict[str, Number]:
         page.table(["T (rad)", "places", "on one strand (s)", "sum of forces", "twist", "moment C t", "writhe", "off",
                     "energy", f"energy off, {FEWER} segments", "energy, shooting", "force, shooting",
                     "lowest eigenvalue", "penetration", "push times gap"], rows),
-        f"At T = {up[-1]:g} the strands cross halfway at {np.degrees(crossed):.2f} degrees against their axis; a ply "
-        f"without end of this twist has {np.degrees(ply):.2f}. The rows that hold the ring against sliding along itself "
-        f"push with at most {off['held']:.0e} of the largest force.",
-        f"Relative differences from the shooting over the segments. One place is at a joint by symmetry. A force within a "
-        "segment is a kink of the curvature there, which segments cannot have; with joints put where two places "
+        f"At T = {up[-1]:g} the strands stand halfway at {np.degrees(crossed):.2f} degrees against their axis; a "
+        f"ply without end of this twist has {np.degrees(ply):.2f}. The rows that hold the ring against sliding along "
+        f"itself push with at most {off['held']:.0e} of the largest force.",
+        "Relative differences from the shooting over the segments. One place is at a joint by symmetry. A force within "
+        "a segment is a kink of the curvature there, which segments cannot have; with joints put where two places "
         f"are (up to {_JOINTS} segments) it is one between them:",
         page.table(["segments", f"energy, T = {ONE:g}, one place", "force", f"energy, T = {TWO:g}, two", "force",
                     "energy, joints at the places", "force"], by_order),
         "![shapes, writhe and forces over the turn](michell.png)",
     )  # fmt: skip
-    if max(off["energy"], off["force"]) > 3e-4 or off["sum"] > 1e-3 or off["deep"] > 1e-6 or offs[-1] > 1e-3:
+    if off["energy"] > 1e-4 or off["force"] > 1e-3 or off["sum"] > 1e-3 or off["deep"] > 1e-6 or offs[-1] > 1e-3:
         raise AssertionError(f"{off}, {offs}")
     return {
         "critical_off": Number(offs[-1], offs[-2], "", ".0e"),
@@ -375,13 +377,13 @@ def run(out: Path) -> dict[str, Number]:
         "turn_off": Number(off["sum"], off["sum"], "rad", ".0e"),
         "deepest": Number(off["deep"], 1e-6, "l", ".0e"),
         "complementarity": Number(off["product"], 1e-8, "D w / l", ".0e"),
-        "fold_one": Number(folds[0], 1e-4, "rad", ".4f"),
-        "fold_two": Number(folds[1], 1e-3, "rad", ".3f"),
+        "fold_one": Number(folds[0], 1e-3, "rad", ".3f"),
+        "fold_two": Number(folds[1], 3e-3, "rad", ".3f"),
         "opened": Number(folds[2], 1e-5, "rad", ".4f"),
         "last_turn": Number(up[-1], 0.0, "rad", ".0f"),
         "segments": Number(SEGMENTS, 0.0, "", ".0f"),
         "probe_energy": Number(few.energy.total, abs(few.energy.total - fine.energy.total), "D w / l", ".3f"),
-        "probe_force": Number(float(pushes(few)[0, 2]), abs(pushes(few)[0, 2] - pushes(fine)[0, 2]), "D w / l^2", ".2f"),
+        "probe_force": Number(push, abs(push - float(pushes(fine)[0, 2])), "D w / l^2", ".2f"),
         "shot_force": Number(reference.ring(17.0, TORSION, APART, np.array(_ONE[1])).force, 1e-6, "D w / l^2", ".4f"),
     }
 
