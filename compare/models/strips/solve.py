@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -98,8 +99,8 @@ def _found(scene: StripsScene, leave_saddle: bool, say: Callable[[str], object] 
     from ribbon.find.strips.path import follow
     from ribbon.solvers.budget import within
 
-    def problem(scene: StripsScene) -> Any:
-        return assembled(**arguments(scene))
+    def problem(between: Callable[[float], StripsScene], t: float) -> Any:
+        return assembled(**arguments(between(t)))
 
     budget, begin = scene.first.model.budget, scene.stages[0] if scene.stages else scene
     state = strips.solve(**arguments(begin), leave_saddle=leave_saddle, budget=budget)
@@ -112,7 +113,7 @@ def _found(scene: StripsScene, leave_saddle: bool, say: Callable[[str], object] 
             say(f"stage {number + 2} of {len(scene.stages) + 1}")
         between = leg(scene, number)
         with within(budget):
-            state, t, log = follow(lambda t, at=between: problem(at(t)), state, scene.steps[number + 1])
+            state, t, log = follow(partial(problem, between), state, scene.steps[number + 1])
         kept = sum(one.kept for one in log)
         went.append(Went(number + 2, t, kept, tuple(one.t for one in log if one.jump)))
         if t < 1.0:

@@ -79,8 +79,8 @@ def follow(
 def stepped(problem: StripsProblem, state: StripsEquilibrium) -> StripsEquilibrium:
     """The equilibrium of `problem`, which has the segments of `state`, one increment behind it; whatever its status."""
     old = state.problem
-    anchors = [part.anchor(old.own(state.x, k))[0] for k, part in enumerate(old.parts)]
-    bare = problem.with_parts([{"reference": anchor} for anchor in anchors])
+    turns = [old.own(state.x, k)[part.layout.joint(0).quaternion] for k, part in enumerate(old.parts)]
+    bare = problem.with_parts([{"reference": tuple(map(float, turn))} for turn in turns])
     held = bare.with_parts([{"touching": part.touching} for part in old.parts])
     x = np.clip(state.x, *bare.bounds())
     if problem.apart:

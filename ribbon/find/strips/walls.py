@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from ribbon.find import contacts
 from ribbon.judge import penetration
-from ribbon.problems.strips.problem import Part, StripsProblem
+from ribbon.problems.mixed import MixedProblem
+from ribbon.problems.strips.problem import StripsProblem
 from ribbon.problems.touching import Touch
 from ribbon.solvers import newton_rows
 from ribbon.solvers.budget import spent
@@ -138,10 +139,10 @@ def _slid(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimu
 
 
 def _together(
-    problem: StripsProblem, point: Minimum, changed: Sequence[tuple[Part, Minimum]]
+    problem: StripsProblem, point: Minimum, changed: Sequence[tuple[MixedProblem, Minimum]]
 ) -> tuple[StripsProblem, FloatArray]:
-    """The problem of changed strips, and the multipliers of its rows."""
-    fresh = problem.with_changes(parts=tuple(part for part, _ in changed))
+    """The problem of strips whose touches are changed, and the multipliers of its rows."""
+    fresh = problem.with_parts([{"touching": part.touching} for part, _ in changed])
     return fresh, _gathered(problem, fresh, point, [own.rows for _, own in changed])
 
 

@@ -323,8 +323,8 @@ class StripsProblem:
             columns, rows = columns + at, rows + at
             if not part.is_held:
                 columns[:START] = border
-                for block, where in self._at_the_start(part):
-                    rows[where] = np.where(block, border, rows[where])
+                for alone, held in self._at_the_start(part):
+                    rows[held] = np.where(alone, border, rows[held])
             column[self.offsets[k] : self.offsets[k + 1]] = columns
             row[self._own_rows[k]] = rows
             at += part.lengths.size + 1

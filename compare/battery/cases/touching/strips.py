@@ -29,7 +29,7 @@ _BESIDE = 3.0
 
 def balance(found: Any, members: Sequence[Member], up: np.ndarray | None) -> Check:
     """What is left of force and moment of every strip, over the largest of its own."""
-    worst = 0.0
+    worst: float = 0.0
     for k, strip in enumerate(found.strips):
         over, unit = found.problem.lengths_over[k], found.problem.stiffness_over[k]
         wrenches = []
@@ -46,8 +46,8 @@ def balance(found: Any, members: Sequence[Member], up: np.ndarray | None) -> Che
             for number, at, sign in ((touch.one, touch.at, 1.0), (touch.other, touch.at_other, -1.0)):
                 if number == k:
                     wrenches.append(Wrench(at, sign * touch.force, np.zeros(3)))
-        s, _ = abscissae()
-        worst = max(worst, left_over(over * strip.position(s), unit / over * members[k].strip.gamma, up, wrenches))
+        places = over * strip.position(abscissae()[0])
+        worst = max(worst, left_over(places, unit / over * members[k].strip.gamma, up, wrenches))
     return Check("force and moment of a strip are not in balance, relative", worst, BALANCE)
 
 
@@ -97,7 +97,7 @@ _KINDS = {"seamless": 0.0, "rigid": 90.0, "hinge": 0.0, "pin": 0.0}
 def _joint(rung: Rung) -> Iterator[Check]:
     """A clamped strip and a heavy one joined to its end; seamless: the uncut strip."""
     kind = str(rung)
-    section = {"width": 0.05, "poisson": 0.4, "thickness": 1e-3}
+    section: Any = {"width": 0.05, "poisson": 0.4, "thickness": 1e-3}
     level = Clamp((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, -math.sqrt(0.5), math.sqrt(0.5)))
     half = Strip(length=0.5, gamma=2.0 / 8.0, **section)
     members = [Member(half, level, segments=8), Member(half, segments=8)]
@@ -139,7 +139,7 @@ def _stiff(rung: Rung) -> Iterator[Check]:
                1e-6)  # fmt: skip
 
 
-def _section(width: float) -> dict[str, float]:
+def _section(width: float) -> Any:
     return {"width": width, "poisson": 0.3, "thickness": 0.2 * width}
 
 
