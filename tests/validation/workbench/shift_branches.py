@@ -121,6 +121,8 @@ def numbers(lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], 
         for word, values in (("lost", shell.lost), ("flat", shell.flat)):
             if all(math.isfinite(v) for v in values):
                 found[f"{word}_shell_{narrow:g}_{ratio:g}"] = _number(shell.limit(values))
+        for word, values in zip(("out", "back"), shell.ends or (), strict=False):
+            found[f"{word}_shell_{narrow:g}_{ratio:g}"] = _number(shell.limit(values))
         found[f"width_shell_{narrow:g}_{ratio:g}"] = _number(shell.width())
     return found
 
