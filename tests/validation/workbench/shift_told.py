@@ -202,8 +202,8 @@ The jumps are between two folds further along US: on the way out the tilted stri
 way back the low one at fold 2, to the arch itself where fold 2 lies below the shift at which U is lost. They come
 together as the strip gets wider, between w/l = 1/10 and 1/6. The sweeps of [7.2](shift/README.md), 0.355 to 0.400 for
 Wunderlich's strip of w/l = 1/20, saw these folds. Those of thin shells are the same ones, at nearly the same heights,
-nearer to each other. What finer meshes do not have ([before](branches_shell.md)) are the folds at the pitchfork on 40 x 4
-elements, not this pair."""
+nearer to each other. What finer meshes do not have ([before](branches_shell.md)) are the folds at the pitchfork on
+40 x 4 elements, not this pair."""
 OTHERS = """\
 `sadowsky` has no value here: where the curvature passes zero its density is infinite with any twist, and U and US are
 twisted there. `finite` (w/h = 50, 50 equal elements, halved) is not followed beyond U, and at w/l = 1/10 not along it:
