@@ -76,7 +76,8 @@ def run(out: Path) -> dict[str, Number]:
 
 def onset(lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], Thin]) -> None:
     """AssertionError where US leaves U to the unstable side by more than what elements make of it, on one mesh."""
-    for one in (*lines.values(), *shells.values()):
+    both: list[Diagram | Thin] = [*lines.values(), *shells.values()]
+    for one in both:
         lost = math.nan if one.lost is None else one.lost[-1] if isinstance(one, Thin) else one.lost.values[0]
         for line in one.lines:
             if line["name"] == "US" and not goes_back(lost, line) < RIPPLE:
@@ -121,6 +122,8 @@ def numbers(lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], 
         for word, values in (("lost", shell.lost), ("flat", shell.flat)):
             if all(math.isfinite(v) for v in values):
                 found[f"{word}_shell_{narrow:g}_{ratio:g}"] = _number(shell.limit(values))
+        for word, values in zip(("out", "back"), shell.ends or (), strict=False):
+            found[f"{word}_shell_{narrow:g}_{ratio:g}"] = _number(shell.limit(values))
         found[f"width_shell_{narrow:g}_{ratio:g}"] = _number(shell.width())
     return found
 

@@ -120,15 +120,20 @@ class Thin:
         return settled(values, SHELL, FINER)
 
     @property
-    def widest(self) -> tuple[float, ...]:
-        """Width (l) of the widest hysteresis on each mesh, 0 without one."""
-        return tuple(max((a - b for a, b in pairs), default=0.0) for pairs in self.pairs)
+    def ends(self) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+        """Shifts at which it jumps on the way out, and on the way back, on each mesh; None where the two finest meshes
+        have no hysteresis."""
+        if not any(self.pairs[-2:]):
+            return None
+        widest = [max(pairs, key=lambda pair: pair[0] - pair[1], default=(math.nan,) * 2) for pairs in self.pairs]
+        return tuple(out for out, _ in widest), tuple(back for _, back in widest)
 
     def width(self) -> Settled:
-        """Of its hysteresis; 0 where the two finest meshes have none."""
-        if not any(self.widest[-2:]):
-            return Settled(0.0, RIPPLE, None, len(self.widest) > 1)
-        return self.limit(self.widest)
+        """Of its hysteresis, with the errors of both ends; 0 where there is none."""
+        if self.ends is None:
+            return Settled(0.0, RIPPLE, None, len(self.pairs) > 1)
+        out, back = (self.limit(values) for values in self.ends)
+        return Settled(out.value - back.value, out.error + back.error, None, out.settles and back.settles)
 
 
 Found = Sequence[Mapping[str, Any]]

@@ -123,9 +123,13 @@ def _shell_rows(shells: Mapping[tuple[float, float], Thin]) -> list[tuple[str, .
         for what, values in (("U lost", one.lost), ("S lost", one.flat)):
             cells = tuple(f"{v:.5f}" if math.isfinite(v) else "not found" for v in values)
             rows.append((*of, what, *_three(cells), *_ended(one.limit(values), values, 5)))
-        told = tuple(" and ".join(f"{b:.4f} to {a:.4f}" for a, b in pairs) or "none" for pairs in one.pairs)
+        for what, values in zip(("fold of US 1", "fold of US 2"), one.ends or (), strict=False):
+            cells = tuple(f"{v:.5f}" if math.isfinite(v) else "none" for v in values)
+            rows.append((*of, what, *_three(cells), *_ended(one.limit(values), values, 5)))
+        found = one.ends or ((), ())
+        cells = tuple(f"{a - b:.5f}" if math.isfinite(a - b) else "none" for a, b in zip(*found, strict=True))
         limit = one.width()
-        rows.append((*of, "**hysteresis**", *_three(told), *_ended(limit, one.widest, 4)))
+        rows.append((*of, "**width**", *_three(cells), *_ended(limit, [a - b for a, b in zip(*found, strict=True)], 5)))
     return rows
 
 
@@ -147,12 +151,12 @@ def _named(case: Case, one: Diagram) -> str:
 
 
 def _shelled(ratio: float, shell: Thin) -> str:
-    if not any(shell.widest[-2:]):
+    if shell.ends is None:
         return f"none at w/h = {ratio:g} (below {RIPPLE:g})"
     limit = shell.width()
-    if limit.settles:
-        return f"{limit.value:.4f} +- {limit.error:.0e} wide at w/h = {ratio:g}"
-    return f"{shell.widest[-1]:.4f} wide at w/h = {ratio:g} on its finest mesh, not settled"
+    error = f"+- {limit.error:.0e}" if limit.settles else "not settled"
+    out, back = (shell.limit(values).value for values in shell.ends)
+    return f"{back:.4f} to {out:.4f} l at w/h = {ratio:g} (width {limit.value:.4f} {error})"
 
 
 def open_ones(lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], Thin]) -> list[str]:
@@ -197,9 +201,9 @@ Where U is lost, and on the way back S, US leaves to the stable side, without a 
 The jumps are between two folds further along US: on the way out the tilted strip, still high, jumps at fold 1; on the
 way back the low one at fold 2, to the arch itself where fold 2 lies below the shift at which U is lost. They come
 together as the strip gets wider, between w/l = 1/10 and 1/6. The sweeps of [7.2](shift/README.md), 0.355 to 0.400 for
-Wunderlich's strip of w/l = 1/20, saw these folds. Those of thin shells are the same ones, at the same heights, nearer
-to each other. What finer meshes do not have ([before](branches_shell.md)) are the folds at the pitchfork on 40 x 4
-elements, not this pair."""
+Wunderlich's strip of w/l = 1/20, saw these folds. Those of thin shells are the same ones, at nearly the same heights,
+nearer to each other. What finer meshes do not have ([before](branches_shell.md)) are the folds at the pitchfork on
+40 x 4 elements, not this pair."""
 OTHERS = """\
 `sadowsky` has no value here: where the curvature passes zero its density is infinite with any twist, and U and US are
 twisted there. `finite` (w/h = 50, 50 equal elements, halved) is not followed beyond U, and at w/l = 1/10 not along it:
