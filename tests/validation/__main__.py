@@ -57,6 +57,7 @@ NAMES = (
     "friction",
     "ply",
     "michell",
+    "plectoneme",
     "edges",
     "curl_length",
     "rod_ribbon",
