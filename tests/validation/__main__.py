@@ -60,6 +60,7 @@ NAMES = (
     "friction",
     "ply",
     "michell",
+    "plectoneme",
     "edges",
     "curl_length",
     "rod_ribbon",
