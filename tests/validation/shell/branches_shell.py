@@ -323,7 +323,7 @@ def run(out: Path) -> dict[str, Number]:
             if not folds
             else "Between a fold and the branch point there are two stable states: hysteresis."
         ),
-        "Not measured here: ribbons' branches (their points of loss are in [shift](shift/README.md)), other widths, "
-        "thinner shells (at w/h = 100 the tilted branch of 40 x 4 elements has folds that finer ones do not have).",
+        "Not measured here: other widths. Ribbons' branches, and a thinner shell's, whose tilted branch has a pair of "
+        "folds on finer meshes too: [shifted clamps](shift_branches.md).",
     )
     return numbers
