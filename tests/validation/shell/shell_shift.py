@@ -209,8 +209,8 @@ def run(out: Path) -> dict[str, Number]:
         "remain, no more than the change with the mesh: not resolved. The coarser mesh invents a hysteresis: at w/h "
         "= 83 and 100 it keeps the arch stable for too long (its pitchfork moves by 9e-3 and 3e-2 with the mesh) "
         "and makes the tilted branch fold, creases jumping from element to element. The inextensible ribbon's "
-        "hysteresis (thesis, figure 7.6) is another: between two folds of the tilted branch, which thin shells have too "
-        "([branches](shift_branches.md)). Thinner shells are not followed here beyond their pitchfork.",
+        "hysteresis (thesis, figure 7.6) is another: between two folds of the tilted branch, which thin shells have "
+        "too ([branches](shift_branches.md)). Thinner shells are not followed here beyond their pitchfork.",
     )  # fmt: skip
     if not worst < CONVERGED:
         raise AssertionError(f"a kink still moves by {worst:.1e} between the meshes")
