@@ -196,9 +196,14 @@ def leave(code: int) -> NoReturn:
 
     As usual where somebody looks on (a profiler, a debugger, `python -i`) or a library ends something of its own.
     """
-    ends: Any = (getattr(threading, "_shutdown", None), getattr(atexit, "_run_exitfuncs", None))
+    of_threads: Any = threading  # what Python itself calls there has no public name
+    of_handlers: Any = atexit
+    try:
+        ends = (of_threads._shutdown, of_handlers._run_exitfuncs)
+    except AttributeError:
+        sys.exit(code)
     watched = sys.gettrace() is not None or sys.getprofile() is not None or sys.flags.inspect
-    if watched or None in ends or os.environ.get("PYTHONINSPECT") or any(name in sys.modules for name in _ENDING):
+    if watched or os.environ.get("PYTHONINSPECT") or any(name in sys.modules for name in _ENDING):
         sys.exit(code)
     for end in ends:
         end()
@@ -206,12 +211,7 @@ def leave(code: int) -> NoReturn:
         sys.stdout.flush()
         sys.stderr.flush()
         ctypes.CDLL(None).fflush(None)  # what libraries in C have said
-    except (
-        OSError,
-        ValueError,
-        AttributeError,
-        TypeError,
-    ):  # a closed pipe, no stream: as Python does
+    except (OSError, ValueError, AttributeError, TypeError):  # a closed pipe, no stream: as Python does
         sys.exit(code)
     os._exit(code)
 

@@ -71,7 +71,7 @@ def _untold() -> None:
         return
     from matplotlib.artist import Artist
 
-    if hasattr(Artist, "_update_set_signature_and_docstring"):
+    if "_update_set_signature_and_docstring" in vars(Artist):
         silent: Any = classmethod(lambda _: None)
         Artist._update_set_signature_and_docstring = silent
 
