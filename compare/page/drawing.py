@@ -71,9 +71,9 @@ def _untold() -> None:
         return
     from matplotlib.artist import Artist
 
+    told: Any = Artist  # what it calls there has no public name
     if "_update_set_signature_and_docstring" in vars(Artist):
-        silent: Any = classmethod(lambda _: None)
-        Artist._update_set_signature_and_docstring = silent
+        told._update_set_signature_and_docstring = classmethod(lambda _: None)
 
 
 def screen_axes(grids: list[FloatArray], up: FloatArray | None) -> tuple[FloatArray, FloatArray]:
