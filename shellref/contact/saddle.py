@@ -22,7 +22,6 @@ from typing import Any
 import numpy as np
 from scipy.sparse import bmat, csr_matrix, diags, hstack, vstack
 
-from shellref.fenics import dolfinx_api as api
 from shellref.fenics import petsc_api as petsc
 from shellref.fenics.rank import Corrected
 
@@ -82,6 +81,8 @@ class Saddle:
 
     def _alike(self, csr: tuple[np.ndarray, np.ndarray, np.ndarray]) -> bool:
         """Whether the matrix last factored has the entries of this one, on every process."""
+        from shellref.fenics import dolfinx_api as api
+
         known = self._pattern
         alike = known is not None and all(np.array_equal(a, b) for a, b in zip(known, csr[:2], strict=True))
         return bool(-api.max_over(self._comm, -int(alike)))

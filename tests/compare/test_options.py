@@ -17,6 +17,7 @@ COMMANDS = commands_of(_parser())
 #: Options that are said of something else in some commands, each with why.
 EXCEPTIONS = {
     "--distance": "a threshold in percent (limits), a claim as a part of the length (check)",
+    "--errors": "measure them (sweep), of which points (branches)",
     "--share": "as --distance",
     "--to": "the last value of a number (branches), the program that a scene is written for (export)",
     "--width-to-thickness": "of the one shell whose cost is measured (cost)",

@@ -22,7 +22,6 @@ from ribbon.find.solving.request import How
 from ribbon.problems import transfer
 from ribbon.problems.chained import ChainedProblem
 from ribbon.result import Equilibrium, Minima
-from ribbon.solvers import choose
 from ribbon.solvers.budget import spent
 from ribbon.solvers.problem import FloatArray
 
@@ -40,9 +39,9 @@ def turn(problem: ChainedProblem, x: FloatArray) -> float:
 
 def lowest(state: Equilibrium, how: How) -> Equilibrium:
     """The lowest state of the same segments that their halves lead to, what was seen in its `minima`; `state` itself
-    where its segments are short enough, or options or Ipopt are asked for."""
+    where its segments are short enough, or options are given."""
     problem = state.problem
-    if not isinstance(problem, ChainedProblem) or not state.ok or how.options or choose.asked() == "ipopt":
+    if not isinstance(problem, ChainedProblem) or not state.ok or how.options:
         return state
     if turn(problem, state.x) <= TURNED:
         return state
