@@ -171,7 +171,7 @@ def run(command: Callable[[], int]) -> int:
 #: Objects made and not yet let go until Python looks for circles among them: its own 700 are passed some 400 times
 #: while libraries are loaded, and next to nothing is found (arrays are let go at once, not in circles).
 SELDOM = 50_000
-#: How libraries are called (of MPI, PETSc, SLEPc) that end something of their own only where the interpreter is taken apart.
+#: How libraries are called (of MPI, PETSc, SLEPc) that end something only where the interpreter is taken apart.
 _ENDING = "4py"
 
 
@@ -203,11 +203,8 @@ def leave(code: int) -> NoReturn:
     except AttributeError:
         sys.exit(code)
     watched = sys.gettrace() is not None or sys.getprofile() is not None or sys.flags.inspect
-    if (
-        watched
-        or os.environ.get("PYTHONINSPECT")
-        or any(name.partition(".")[0].endswith(_ENDING) for name in sys.modules)
-    ):
+    ending = any(name.partition(".")[0].endswith(_ENDING) for name in sys.modules)
+    if watched or ending or os.environ.get("PYTHONINSPECT"):
         sys.exit(code)
     for end in ends:
         end()
