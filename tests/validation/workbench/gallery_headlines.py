@@ -141,8 +141,8 @@ HEADLINES: dict[str, Headline] = {
     "coil_40_1200": Headline(_ENERGY, _total, ".4f", _COIL),
     "coil_100_7500": Headline(
         _ENERGY, _total, ".4f",
-        "20 segments, as in the thesis, are too few here: -5807.73 with 320 on the branch reached by cutting, "
-        "from another start -5791 on 20; [coils](../results/coils.md), [seeds](../results/seeds.md)",
+        "20 segments, as in the thesis, are too few here: -5807.73 with 320, and one search from the natural shape "
+        "ends higher on them, at -5653; [coils](../results/coils.md), [seeds](../results/seeds.md)",
     ),
     "curl_4_3": Headline(
         _ENERGY, _total, ".4f",
