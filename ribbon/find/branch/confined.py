@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from ribbon.find.branch import chain
 from ribbon.find.branch.chain import FLOOR, ROOF, Chain, Setting
+from ribbon.find.branch.equations import differenced
 
 FloatArray = NDArray[np.float64]
 SettingAt = Callable[[float], Setting]
@@ -134,12 +135,7 @@ class Confined:
 
     def rate(self, z: FloatArray, t: float) -> FloatArray:
         """dG/dt (n,) by differences, of which G, linear in what is given, has no error: from one side at an end."""
-        after, before = self.residual(z, t + _STEP), self.residual(z, t - _STEP)
-        if np.all(np.isfinite(after)) and np.all(np.isfinite(before)):
-            return (after - before) / (2.0 * _STEP)
-        side = _STEP if np.all(np.isfinite(after)) else -_STEP
-        near, far = self.residual(z, t + side), self.residual(z, t + 2.0 * side)
-        return (4.0 * near - 3.0 * self.residual(z, t) - far) / (2.0 * side)
+        return differenced(lambda at: self.residual(z, at), t, _STEP)
 
     def factor(self, z: FloatArray, t: float) -> Dense | None:
         """The second derivatives, factored; where it has just begun with the angles of places held that do not push

@@ -52,6 +52,15 @@ _BALANCED = 1e-11
 _INSIDE, _LONGEST = 1.0 - 1e-13, 1.5
 
 
+def differenced(residual: Callable[[float], FloatArray], t: float, step: float) -> FloatArray:
+    """d residual(t) / dt (n,) by differences of second order, from one side where it is not finite on the other."""
+    after, before = residual(t + step), residual(t - step)
+    if np.all(np.isfinite(after)) and np.all(np.isfinite(before)):
+        return (after - before) / (2.0 * step)
+    side = step if np.all(np.isfinite(after)) else -step
+    return (4.0 * residual(t + side) - 3.0 * residual(t) - residual(t + 2.0 * side)) / (2.0 * side)
+
+
 @dataclass(frozen=True)
 class Equations:
     """problem_at: the ribbon over t; lengths (p,): its segments; base (n,): what held unknowns are that do not follow
@@ -179,12 +188,7 @@ class Equations:
 
     def rate(self, z: FloatArray, t: float) -> FloatArray:
         """dG/dt by central differences, from one side where there is no strip on the other."""
-        after, before = self.residual(z, t + _STEP), self.residual(z, t - _STEP)
-        if np.all(np.isfinite(after)) and np.all(np.isfinite(before)):
-            return (after - before) / (2.0 * _STEP)
-        side = _STEP if np.all(np.isfinite(after)) else -_STEP
-        near, far = self.residual(z, t + side), self.residual(z, t + 2.0 * side)
-        return (4.0 * near - 3.0 * self.residual(z, t) - far) / (2.0 * side)
+        return differenced(lambda at: self.residual(z, at), t, _STEP)
 
     @cached_property
     def _saddle(self) -> Saddle:

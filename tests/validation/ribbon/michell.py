@@ -21,13 +21,13 @@ from ribbon.find.continuation import anchored, follow
 from ribbon.find.snap import landed
 from ribbon.find.solve import build, solve
 from ribbon.find.solving.request import How
-from ribbon.judge import nearness
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.transfer import transferred
 from tests.reference import touching_ring as reference
 from tests.reference.balanced_ply import of_twist
 from tests.validation import page
 from tests.validation.number import Number
+from tests.validation.ribbon.ply import complementarity, depth
 
 #: Torsional over bending stiffness, diameter of the rod (l), critical turn (rad).
 TORSION, APART = 2.0 / 3.0, 0.02
@@ -132,21 +132,6 @@ def writhe(state: Equilibrium) -> float:
     """Gauss's integral over the ring, from polygons of 480 and 960 chords (order 2)."""
     coarse, fine = (reference.writhe(state.position(np.arange(n) / n)) for n in (480, 960))
     return (4.0 * fine - coarse) / 3.0
-
-
-def depth(state: Equilibrium) -> float:
-    """How much nearer (l) its strands are anywhere than they may be."""
-    assert isinstance(state.problem, MixedProblem)
-    return max((-gap for gap, _ in nearness.minima(state.problem, state.x, 0.0)), default=0.0)
-
-
-def complementarity(state: Equilibrium) -> float:
-    """Largest product of a push and its gap, D w / l."""
-    assert isinstance(state.problem, MixedProblem)
-    if not state.problem.pairs:
-        return 0.0
-    push = -state.rows[state.problem.block_slices()["pairs"]]
-    return float(np.abs(push * state.problem.pair_rows().values(state.x)).max())
 
 
 def held(state: Equilibrium) -> float:

@@ -22,7 +22,8 @@ from ribbon.problems.mixed import MixedProblem
 from tests.reference import clamped_rod as reference
 from tests.validation import page
 from tests.validation.number import Number
-from tests.validation.ribbon.michell import STRIP, TORSION, complementarity, depth, held, pushes
+from tests.validation.ribbon.michell import STRIP, TORSION, held, pushes
+from tests.validation.ribbon.ply import complementarity, depth
 
 #: Turn of the clamps against each other (rad), diameter of the rod (l).
 TURN, APART = 6.0 * np.pi, 0.02
