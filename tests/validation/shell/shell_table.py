@@ -248,8 +248,8 @@ def run(out: Path) -> dict[str, Number]:
         "element: each is a stable state of its mesh, where the band is held, at energies that differ in the fourth "
         f"digit. Between {PARTS[1]:g} and {PARTS[2]:g} of an element the second foot goes over from one node to the "
         f"next, the energy is least and the mesh's own force goes from {numbers['sliding_before']} to "
-        f"{numbers['sliding_after']} D w / l^2: there it vanishes, and the moment with it, which is that force times "
-        "nearly one arm everywhere. No start that was slid settled on both nodes.",
+        f"{numbers['sliding_after']} D w / l^2: its sign changes there, and with it that of the moment, which is that "
+        "force times nearly one arm everywhere. No start that was slid settled on both nodes.",
         page.table(
             ["slid by, elements", "total", "sliding", "moment left", "arm", "carried"],
             [[f"{part:g}", f"{total('fallen', one):.5f}", f"{one.residual['sliding']:+.3f}",
