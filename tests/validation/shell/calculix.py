@@ -1,5 +1,5 @@
-"""CalculiX as a third opinion: a ring between planes, the slit annular plate and a clamped Moebius band, beside our
-shell, and the elastica where there is one."""
+"""CalculiX as a third opinion: a ring between planes, a fold whose sides meet, the slit annular plate and a clamped
+Moebius band, beside our shell, and the elastica where there is one."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import json
 import math
 import tempfile
 from functools import cache, partial
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,8 +17,10 @@ from shellref import ShellOptions, ShellProblem
 from shellref.path.begin import begun
 from tests.reference import calculix, sze2004
 from tests.reference.calculix_band import Band, moebius
+from tests.reference.calculix_fold import Folded, fold
 from tests.reference.calculix_surfaces import Ring, ring, slit_annulus
 from tests.reference.squeezed_ring import squeezed
+from tests.reference.touching_fold import Fold, folds
 from tests.validation import page
 from tests.validation.number import Number
 from tests.validation.pieces import Pieces
@@ -26,12 +29,14 @@ from tests.validation.pieces import Pieces
 GAPS = {0.28: (20, 40, 80), 0.24: (20, 40, 80), 0.2: (12, 20, 40)}
 #: The mesh of the probes; elements around of our own ring, as its page has them.
 PROBED, OURS = 12, (20, 40, 80)
+#: Clamps of the fold and how far its sides are kept apart, l; elements along half of it, two across.
+CLAMPS, APART, HALVES = (0.15, 0.12), (0.02, 0.0), (10, 20)
 PLATES = ((12, 2), (20, 3), (30, 4))
 #: The band's w/l, w/h, nu and meshes; of the shell that is beside it.
 WIDTH, RATIO, POISSON = 0.1, 25.0, 0.3
 BANDS, SHELLS = ((12, 2), (20, 2), (40, 4)), ((40, 4), (80, 8), (160, 12))
 #: Ours, of the same benchmarks, as their pages have it.
-READS = ("data/shell_walls.json", "data/rest_shapes.json")
+READS = ("data/shell_walls.json", "data/shell_contact.json", "data/rest_shapes.json")
 #: Places are written with six digits; another processor may change the last.
 DIGITS = 1e-4
 
@@ -84,6 +89,18 @@ def band_here(mesh: tuple[int, int]) -> Ours:
     return Ours(float(result.energy["elastic"]), float(np.linalg.norm(opposite)))
 
 
+@cache
+def known_folds(apart: float) -> dict[float, Fold]:
+    """Folds by shooting, by the distance of their clamps."""
+    return dict(zip(CLAMPS, folds(np.array(CLAMPS), apart), strict=True))
+
+
+def fold_there(distance: float, apart: float, along: int) -> Folded:
+    """CalculiX's fold."""
+    with tempfile.TemporaryDirectory() as folder:
+        return fold(distance, apart, along, Path(folder))
+
+
 def off(gap: float, along: int) -> tuple[float, float]:
     """Relative errors of CalculiX's force and energy against the elastica."""
     found, known = ring_there(gap, along), squeezed(gap)
@@ -131,6 +148,40 @@ def rings(kept: Pieces, out: Path, numbers: dict[str, Number]) -> list[str]:
         "arrive (by hand: cut back to nothing). At H = 0.2 the set of lines goes round in a circle on 80 x 2 and is "
         "refused: no number stands for that mesh.",
         page.table(["H", "shell", "force", "off", "change", "energy", "off", "change", "a", "solves"], rows),
+    ]  # fmt: skip
+
+
+def touching(kept: Pieces, out: Path, numbers: dict[str, Number]) -> list[str]:
+    """Both shells and the shooting."""
+    rows, shell = [], ours(out, "shell_contact")
+    for apart, distance in product(APART, CLAMPS):
+        known, name = known_folds(apart)[distance], f"{100 * distance:.0f}_{100 * apart:.0f}"
+        found = {n: Folded(*kept.get(f"fold_{name}_{n}", partial(fold_there, distance, apart, n))) for n in HALVES}
+        parts = {n: (one.push / known.push - 1.0, one.energy / known.energy - 1.0) for n, one in found.items()}
+        errors = [abs(a - b) for a, b in zip(*parts.values(), strict=True)]
+        for n, (push, energy) in parts.items():
+            numbers[f"fold_push_{name}_{n}"] = Number(push, errors[0], "", "+.1e")
+            numbers[f"fold_energy_{name}_{n}"] = Number(energy, errors[1], "", "+.1e")
+            one = found[n]
+            rows.append([f"{distance:g}", f"{apart:g}", f"CalculiX {2 * n} x 2", f"{one.push:.3f}", f"{push:+.1e}",
+                         f"{one.energy:.4f}", f"{energy:+.1e}", f"{one.place:.4f}", str(one.lines),
+                         str(one.solves)])  # fmt: skip
+        rows.append([f"{distance:g}", f"{apart:g}", "shooting", f"{known.push:.3f}", "", f"{known.energy:.4f}", "",
+                     f"{known.s:.4f}", "1", ""])  # fmt: skip
+    worst = max((numbers[f"fold_push_{100 * d:.0f}_{100 * a:.0f}_{HALVES[-1]}"] for a, d in product(APART, CLAMPS)),
+                key=lambda one: abs(one.value))  # fmt: skip
+    numbers["fold_push_most"] = Number(abs(worst.value), worst.error, "", ".1%")
+    return [
+        "## A fold whose sides meet",
+        "A flat strip between two clamps on one line, brought together: nu = 0, w/l = 0.1, h/l = 5e-4, clamps and "
+        "distance kept between the sides in l, half of the strip by symmetry (tests/reference/calculix_fold.py), whole "
+        "lines across put on the plane of contact by an active set as above. place: of the push, from the clamp; "
+        "energy: of bending, by a spline through the nodes. By shooting: tests/reference/touching_fold.py. Only lines "
+        "of nodes touch, half an element apart: the push is off by as much as the place is, by at most "
+        f"{numbers['fold_push_most']} on the finer mesh, and irregularly; our own shell, whose nodes touch too, by "
+        f"{shell['fold_worst']} at most on its finest mesh "
+        "([its page](shell_contact.md)).",
+        page.table(["clamps", "apart", "by", "push", "off", "energy", "off", "place", "lines", "solves"], rows),
     ]  # fmt: skip
 
 
@@ -208,12 +259,14 @@ def run(out: Path) -> dict[str, Number]:
     """results/calculix.md."""
     numbers: dict[str, Number] = {}
     kept = Pieces("calculix")
-    parts = [*rings(kept, out, numbers), *plates(kept, out, numbers), *bands(kept, numbers)]
+    parts = [*rings(kept, out, numbers), *touching(kept, out, numbers)]
+    parts += [*plates(kept, out, numbers), *bands(kept, numbers)]
     page.write(
         out / "calculix.md", "CalculiX beside our shell", "python -m tests.validation calculix",
         "CalculiX 2.20 (Debian: calculix-ccx; optional, no part of `make setup`), S8R shells, which it expands to "
-        "C3D20R solids, nonlinear static steps to a residual of 1e-5; decks by tests/reference/calculix_surfaces.py. "
-        "Ours: Q2. Forces in D w / l^2, energies in D w / l, lengths in l; of the plate in the units of the benchmark.",
+        "C3D20R solids, nonlinear static steps to a residual of 1e-5; decks by "
+        "tests/reference/calculix_surfaces.py and calculix_fold.py. Ours: Q2. Forces in D w / l^2, energies in D w / "
+        "l, lengths in l; of the plate in the units of the benchmark.",
         *parts,
     )  # fmt: skip
     return numbers
