@@ -179,7 +179,7 @@ def touching(kept: Pieces, out: Path, numbers: dict[str, Number]) -> list[str]:
         "energy: of bending, by a spline through the nodes. By shooting: tests/reference/touching_fold.py. Only lines "
         "of nodes touch, half an element apart: the push is off by as much as the place is, by at most "
         f"{numbers['fold_push_most']} on the finer mesh, and irregularly; our own shell, whose nodes touch too, by "
-        f"{shell['fold_worst']} at most on its finest mesh "
+        f"{shell['fold_worst'].value:.1%} at most on its finest mesh "
         "([its page](shell_contact.md)).",
         page.table(["clamps", "apart", "by", "push", "off", "energy", "off", "place", "lines", "solves"], rows),
     ]  # fmt: skip
