@@ -269,7 +269,8 @@ class Equilibrium:
         (`ribbon.sections`)."""
         if self.has_free_twist:
             foot = np.array(material[:, 0], dtype=float)
-            r, frame, _, _ = self.continued(foot)
+            s, back = np.unique(foot, return_inverse=True)  # of a grid each once
+            r, frame = (found[back] for found in self.continued(s)[:2])
             return foot, r + np.einsum("kij,kj->ki", frame, sections.placed(self, material)[0]), frame
         foot = _surface.ruling_foot(self.parameters, self.problem.lengths, material, self.seam)
         r, frame, _, eta = self.continued(foot)

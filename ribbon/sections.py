@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from ribbon import law
 from ribbon.energies import FREE_ENERGIES
-from ribbon.energies.section.profile import Local, Profile
+from ribbon.energies.section.profile import Local, Profile, Shape
 
 FloatArray = NDArray[np.float64]
 
@@ -38,6 +38,8 @@ FloatArray = NDArray[np.float64]
 _POINTS = 12
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_POINTS)
 _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
+#: They and both ends, over the particle's distance from the middle line.
+_PLACES = np.concatenate([[0.0], _NODES, [1.0]])
 
 
 def _differences(nodes: FloatArray) -> FloatArray:
@@ -76,13 +78,17 @@ def local_state(equilibrium: Any, s: FloatArray) -> Local:
     return Local(k, t, mean(q[:, 0]), mean(q[:, 2]), natural, slope, twist, rate)
 
 
-def offsets(section: Profile, local: Local, v: float, numbers: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
+def offsets(
+    section: Profile, local: Local, v: float, numbers: tuple[float, ...], shape: Shape | None = None
+) -> tuple[FloatArray, FloatArray]:
     """v + u, f, g (k, 3) of the particles at `v` of sections in the states `local` (`local_state`), units of l, and the
     unit normals (k, 3) of the surface there; both by components along the frame. section: of the energy, numbers: of
-    the strip (`FreeSectionNumbers`)."""
+    the strip (`FreeSectionNumbers`); shape: of the sections at |v| times `_PLACES`, None: not known yet; it is even
+    across."""
     k, t = local.k, local.t
-    shape = section.shape(local, np.concatenate([[0.0], v * _NODES, [v]]), numbers)
-    f, by_y, by_s = shape.f - shape.f[:, :1], shape.across, shape.along - shape.along[:, :1]
+    shape = section.shape(local, abs(v) * _PLACES, numbers) if shape is None else shape
+    side = -1.0 if v < 0.0 else 1.0
+    f, by_y, by_s = shape.f - shape.f[:, :1], side * shape.across, shape.along - shape.along[:, :1]
     weight = v * _WEIGHTS
     slope, along = by_y[:, 1:-1], by_s[:, 1:-1]
     turned = along @ _BY_NODE.T / v if v != 0.0 else np.zeros_like(along)  # of the slope, along the strip
@@ -102,8 +108,15 @@ def placed(equilibrium: Any, material: FloatArray) -> tuple[FloatArray, FloatArr
     assert section is not None
     numbers = equilibrium.problem.fields.section
     found, normals = np.empty((len(material), 3)), np.empty((len(material), 3))
-    for v in np.unique(material[:, 1]):
-        rows = np.nonzero(material[:, 1] == v)[0]
-        local = local_state(equilibrium, material[rows, 0])
-        found[rows], normals[rows] = offsets(section, local, float(v), numbers)
+    apart = np.abs(material[:, 1])
+    for size in np.unique(apart):
+        rows = np.nonzero(apart == size)[0]
+        s, back = np.unique(material[rows, 0], return_inverse=True)
+        local = local_state(equilibrium, s)
+        shape = section.shape(local, size * _PLACES, numbers)
+        for side in (-1.0, 1.0):
+            here = np.sign(material[rows, 1]) * side >= 0.0
+            if here.any():
+                there, normal = offsets(section, local, float(side * size), numbers, shape)
+                found[rows[here]], normals[rows[here]] = there[back[here]], normal[back[here]]
     return found, normals

@@ -29,12 +29,12 @@ class _Triangles:
 
     def __init__(self, points: FloatArray, corners: NDArray[np.int64]) -> None:
         self.points = points
-        self.a = points[corners[:, 0]]
-        self.ab, self.ac = points[corners[:, 1]] - self.a, points[corners[:, 2]] - self.a
+        self.a = points.take(corners[:, 0], axis=0)
+        self.ab, self.ac = (points.take(corners[:, k], axis=0) - self.a for k in (1, 2))
         self.middle = self.a + (self.ab + self.ac) / 3.0
-        self.radius = np.sqrt(
-            np.max([_square(self.middle - points[corners[:, k]]) for k in range(3)], axis=0, initial=0.0)
-        )
+        bb, bc, cc = _square(self.ab), _dot(self.ab, self.ac), _square(self.ac)
+        squares = bb + cc + 2.0 * bc, 4.0 * (bb - bc) + cc, bb + 4.0 * (cc - bc)  # nine times to a, b, c
+        self.radius = np.sqrt(np.maximum(np.maximum(*squares[:2]), squares[2])) / 3.0
         self._corners = corners
 
     @cached_property
@@ -46,7 +46,24 @@ class _Triangles:
     def _tree(self) -> cKDTree:
         from scipy.spatial import cKDTree  # not before it is needed
 
-        return cKDTree(self.points[self._used])
+        return cKDTree(self.points[self._used], compact_nodes=False, balanced_tree=False)
+
+    @cached_property
+    def _blocks(self) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+        """First triangle (b,) of blocks of neighbours in the list; centre (b, 3), radius (b,) of a ball about each."""
+        first = np.arange(0, len(self.a), _BLOCK)
+        count = np.diff(np.append(first, len(self.a)))
+        centre = np.add.reduceat(self.middle, first) / count[:, None]
+        reach = np.sqrt(_square(self.middle - np.repeat(centre, count, axis=0))) + self.radius
+        return first, centre, np.maximum.reduceat(reach, first)
+
+    def _near(self, points: FloatArray, bound: FloatArray) -> NDArray[np.int64]:
+        """Triangles (t,) among which are all that are no farther than its bound from one of the points."""
+        first, centre, reach = self._blocks
+        apart = np.sqrt(_square(points[:, None, :] - centre)) - reach
+        block = np.flatnonzero((apart <= bound[:, None] * (1.0 + 1e-9) + 1e-12 * reach).any(axis=0))
+        near = (first[block][:, None] + np.arange(_BLOCK)).ravel()
+        return near[near < len(self.a)]
 
     @cached_property
     def _fans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -72,11 +89,12 @@ class _Triangles:
 
     def exact(self, points: FloatArray, bound: FloatArray) -> FloatArray:
         """Distance (k,) of each point (k, 3) to the nearest triangle, which is no farther than its bound (k,)."""
-        apart = np.sqrt(_square(points[:, None, :] - self.middle))
-        bound = np.minimum(bound, apart.min(axis=1))
-        point, triangle = np.nonzero(apart - self.radius <= bound[:, None] * (1.0 + 1e-9) + 1e-300)
+        near = self._near(points, bound)
+        apart = np.sqrt(_square(points[:, None, :] - self.middle[near]))
+        bound = np.minimum(bound, apart.min(axis=1, initial=np.inf))
+        point, triangle = np.nonzero(apart - self.radius[near] <= bound[:, None] * (1.0 + 1e-9) + 1e-300)
         found = bound**2
-        np.minimum.at(found, point, self._squares(points[point], triangle))
+        np.minimum.at(found, point, self._squares(points[point], near[triangle]))
         return np.sqrt(found)
 
     def _squares(self, points: FloatArray, triangle: NDArray[np.int64]) -> FloatArray:
@@ -95,7 +113,7 @@ class _Triangles:
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.einsum("...i,...i->...", a, b)
+    return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2])
 
 
 def _square(a: FloatArray) -> FloatArray:
@@ -117,15 +135,15 @@ def _farthest(points: FloatArray, other: _Triangles, largest: float = 0.0) -> fl
     """
     if len(points) == len(other.points):
         apart = np.sqrt(_square(points - other.points))
-        for _ in range(_ALONE):
-            first = int(np.argmax(apart))
-            if apart[first] <= largest:
-                return largest
-            largest = max(largest, float(other.exact(points[first : first + 1], apart[first : first + 1]).max()))
-            apart[first] = 0.0
-            if np.count_nonzero(apart > largest) > _MANY:
-                break
-        points = points[apart > largest]
+        first = int(np.argmax(apart))
+        if apart[first] <= largest:
+            return largest
+        largest = max(largest, float(other.exact(points[first : first + 1], apart[first : first + 1]).max()))
+        apart[first] = 0.0
+        left = np.flatnonzero(apart > largest)
+        if left.size <= _MANY:
+            return _largest(points, apart, left, other, largest, _FEW)
+        points = points[left]
     if not len(points):
         return largest
     bound, vertex = other.nearest_vertex(points)
@@ -134,18 +152,28 @@ def _farthest(points: FloatArray, other: _Triangles, largest: float = 0.0) -> fl
         if bound[batch[0]] <= largest:
             break
         bound[batch] = np.minimum(bound[batch], other.around(points[batch], vertex[batch]))
-        closer = batch[np.argsort(-bound[batch])]
-        begin, many = 0, 1  # the first one is nearly always the last one
-        while begin < closer.size and bound[closer[begin]] > largest:
-            few = closer[begin : begin + many]
-            largest = max(largest, float(other.exact(points[few], bound[few]).max()))
-            begin, many = begin + many, _FEW
+        largest = _largest(points, bound, batch, other, largest, 1)  # the first one is nearly always the last one
     return largest
 
 
-#: Points looked at together: against the triangles around a vertex, and against all triangles; and one by one where
-#: no more than many are left, before the nearest vertices are looked up.
-_FIRST, _FEW, _ALONE, _MANY = 2048, 8, 16, 100
+def _largest(
+    points: FloatArray, bound: FloatArray, some: NDArray[np.int64], other: _Triangles, largest: float, many: int
+) -> float:
+    """`_farthest` of `some` (n,) of the points (N, 3) with upper bounds (N,), `many` of them at first."""
+    closer = some[np.argsort(-bound[some])]
+    begin = 0
+    while begin < closer.size and bound[closer[begin]] > largest:
+        few = closer[begin : begin + many]
+        largest = max(largest, float(other.exact(points[few], bound[few]).max()))
+        begin, many = begin + many, _FEW
+    return largest
+
+
+#: Points looked at together: against the triangles around a vertex, and against all triangles; and up to how many are
+#: before the nearest vertices are looked up.
+_FIRST, _FEW, _MANY = 2048, 8, 100
+#: Triangles of a block, that are left out together.
+_BLOCK = 64
 
 
 def hausdorff(

@@ -264,11 +264,13 @@ class Refinement:
 @dataclass(frozen=True)
 class Rivals:
     """Other states that were looked for beside one: solves that looked for them, and by how much (D w / l) the lowest
-    that they found lies below; 0: none does. text: that in words, without a full stop."""
+    that they found lies below; 0: none does. text: that in words, without a full stop; seen: the solver's own state
+    that a probe was asked of, and what it said (`compare.models.ribbon.rivals.probe`), None: it was not."""
 
     tries: int
     below: float
     text: str
+    seen: Any = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True, repr=False)

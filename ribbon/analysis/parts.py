@@ -78,22 +78,23 @@ def area_densities(equilibrium: Any, s: FloatArray, v: FloatArray) -> FloatArray
 
 
 def line_parts(equilibrium: Any, s: FloatArray) -> FloatArray:
-    """The parts per length (k, 3) in D w / l^2, with the constant ``K^2 / 2``: means of `area_densities`."""
+    """The parts per length (k, 3) in D w / l^2, with the constant ``K^2 / 2``: means of `area_densities`, which are
+    even across."""
     v, weight = _across(equilibrium)
     return np.asarray(np.einsum("kmp,m->kp", area_densities(equilibrium, s, v), weight))
 
 
 def _across(equilibrium: Any) -> tuple[FloatArray, FloatArray]:
-    """Points v (m,) across and weights (m,) of a mean over the width: `_NODES` from the middle towards either edge, and
-    as many in the last `_EDGE` thicknesses, where transverse shear has its layer."""
+    """Points v (m,) across half the width and weights (m,) of a mean over it: `_NODES` from the middle towards the
+    edge, and as many in the last `_EDGE` thicknesses, where transverse shear has its layer."""
     half = equilibrium.problem.half_width
     thickness = equilibrium.problem.strip.section[1]
     split = max(half - _EDGE * thickness, 0.5 * half) if np.isfinite(thickness) else 0.5 * half
     panels = [
-        (0.5 * (b - a) * (_NODES + 1.0) + a, 0.25 * (b - a) / half * _WEIGHTS) for a, b in ((0, split), (split, half))
+        (0.5 * (b - a) * (_NODES + 1.0) + a, 0.5 * (b - a) / half * _WEIGHTS) for a, b in ((0, split), (split, half))
     ]
-    right, weight = (np.concatenate(found) for found in zip(*panels, strict=True))
-    return np.concatenate([-right[::-1], right]), np.concatenate([weight[::-1], weight])
+    v, weight = (np.concatenate(found) for found in zip(*panels, strict=True))
+    return v, weight
 
 
 def parts(equilibrium: Any) -> dict[str, float]:

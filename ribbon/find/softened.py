@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ribbon import law
 from ribbon.energies import ENERGIES
 from ribbon.notes import Note
+from ribbon.problems import chained_kernels as kernels
 from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Matrix, Problem
@@ -29,6 +30,8 @@ _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 #: Gradient up to which the minimum is found; it is an estimate, not a solution.
 _TOLERANCE = 1e-7
 _MOST_ITERATIONS = 60
+#: Places of the second derivatives of a jet in their matrix.
+_UPPER = np.triu_indices(4)
 
 
 class SoftenedProblem:
@@ -42,7 +45,7 @@ class SoftenedProblem:
         joints = np.concatenate([[0.0], np.cumsum(self.lengths)])
         s = joints[:-1, None] + self.lengths[:, None] * _NODES
         self.natural = law.at(inner.strip.curvature, s)
-        self._columns, self._slopes = inner.parameter_map()
+        self._known: tuple[bytes, tuple[FloatArray, FloatArray, FloatArray]] | None = None
 
     @property
     def rows(self) -> _WithRows | None:
@@ -54,29 +57,32 @@ class SoftenedProblem:
         return self.inner.bounds()
 
     def _terms(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Value (p,), gradient (p, 4), Hessian (p, 4, 4) by (a, b, n, m) of every segment."""
+        """Value (p,), gradient (p, 4), Hessian (p, 4, 4) by (a, b, n, m) of every segment: omega = a t + b is the first
+        of two fields, eta = n t + m the second."""
+        key = np.ascontiguousarray(x, dtype=float).tobytes()
+        if self._known is not None and self._known[0] == key:
+            return self._known[1]
         q = self.inner.parameters(x)
         t = self.lengths[:, None] * _NODES
         omega = q[:, 0:1] * t + q[:, 1:2]
         eta = q[:, 2:3] * t + q[:, 3:4]
         value, gradient, hessian = self.relaxed.softening(omega, eta, self.natural)
-        one, zero = np.ones_like(t), np.zeros_like(t)
-        by = np.stack([np.stack([t, one, zero, zero], -1), np.stack([zero, zero, t, one], -1)], -2)  # (p, g, 2, 4)
         weight = self.lengths[:, None] * _WEIGHTS
-        return (
+        moments = np.stack([weight * t * t, weight * t, weight], axis=1)  # (p, 3, g)
+        first = moments[:, 1:] @ gradient  # (p, slope or value, field)
+        second = (moments @ hessian.reshape(*t.shape, 4)).reshape(-1, 3, 2, 2)
+        blocks = second[:, [[0, 1], [1, 2]]]  # (p, slope or value, the same, field, field)
+        found = (
             (weight * value).sum(axis=1),
-            np.einsum("pg,pgi,pgij->pj", weight, gradient, by),
-            np.einsum("pg,pgij,pgik,pgjl->pkl", weight, hessian, by, by),
+            first.transpose(0, 2, 1).reshape(-1, 4),
+            blocks.transpose(0, 3, 1, 4, 2).reshape(-1, 4, 4),
         )
+        self._known = key, found
+        return found
 
     def value(self, x: FloatArray) -> float:
         """Energy, D w / l."""
         return float(self.inner.value(x)) + float(self._terms(x)[0].sum())
-
-    def gradient(self, x: FloatArray) -> FloatArray:
-        """Gradient (n,)."""
-        added = self._terms(x)[1]
-        return np.asarray(np.array(self.inner.gradient(x)) + self._slopes.reshape(added.size, -1).T @ added.ravel())
 
 
 class _WithoutRows(SoftenedProblem):
@@ -84,11 +90,27 @@ class _WithoutRows(SoftenedProblem):
 
     inner: ChainedProblem
 
+    def gradient(self, x: FloatArray) -> FloatArray:
+        """Gradient (n,)."""
+        gradient = np.empty(self.size)
+        kernels.assemble_gradient(self.lengths, self._jets(x)[0], gradient)
+        return gradient
+
     def hessian(self, x: FloatArray) -> FloatArray:
         """Dense Hessian (n, n)."""
-        added = self._terms(x)[2]
-        wide = np.einsum("pij,pik,pjl->kl", added, self._slopes, self._slopes, optimize=True)
-        return np.asarray(self.inner.hessian(x) + wide)
+        hessian = np.empty((self.size, self.size))
+        local, u, v = self._jets(x)
+        kernels.assemble_hessian(self.lengths, local, self.inner.is_loaded, u, v, hessian)
+        return hessian
+
+    def _jets(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """As the ribbon's, with the term."""
+        local, u, v = self.inner.jets(x)
+        _, gradient, hessian = self._terms(x)
+        local = local.copy()
+        local[:, 1:5] += gradient
+        local[:, 5:] += hessian[:, _UPPER[0], _UPPER[1]]
+        return local, u, v
 
 
 class _WithRows(SoftenedProblem):
@@ -98,6 +120,7 @@ class _WithRows(SoftenedProblem):
 
     def __init__(self, inner: MixedProblem, thickness: float) -> None:
         super().__init__(inner, thickness)
+        self._columns, self._slopes = inner.parameter_map()
         self._pairs = [(i, j) for i in range(4) for j in range(i + 1)]
         ends = [self._columns[:, i] for i in range(4)]
         rows = np.concatenate([np.maximum(ends[i], ends[j]) for i, j in self._pairs])

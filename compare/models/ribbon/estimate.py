@@ -27,6 +27,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +46,7 @@ from compare.models.ribbon.neglected import (
     thin,
     to_shell,
 )
-from compare.models.ribbon.rivals import RULED, either_side, probe
+from compare.models.ribbon.rivals import RULED, either_side, probe_once
 from compare.models.ribbon.taut import taut
 from compare.scene.inputs import law
 from compare.scene.scene import Scene
@@ -54,6 +55,9 @@ from ribbon.analysis.along import line_density
 from ribbon.analysis.parts import parts as own_parts
 from ribbon.energies import ENERGIES
 from ribbon.find.softened import soften
+
+if TYPE_CHECKING:
+    from compare.models.ribbon.rivals import Probed
 
 FloatArray = NDArray[np.float64]
 
@@ -83,8 +87,10 @@ class LocalState:
     tension: FloatArray
 
 
-def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:
-    """The estimate for a scene whose ribbon is `equilibrium`, with rulings."""
+def estimate(
+    scene: Scene, equilibrium: Equilibrium, width_to_thickness: float, probed: Probed | None = None
+) -> Estimate:
+    """The estimate for a scene whose ribbon is `equilibrium`, with rulings; probed: as `rivals.probe_once` takes it."""
     clock = time.perf_counter()
     if equilibrium.forces_why:
         return of_a_straight_strip(scene, equilibrium, width_to_thickness)
@@ -95,7 +101,7 @@ def estimate(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) 
     near = (best,) if best is None or not best.ok else either_side(scene, equilibrium, best, seen)
     each = [_estimated(scene, equilibrium, softened, one, width_to_thickness, seen) for one in near]
     found = max(each, key=lambda one: one.worst)
-    rival = probe(scene, equilibrium)
+    rival = probe_once(scene, equilibrium, probed)
     return replace(found, rival=rival, sides=sides(near, each), seconds=time.perf_counter() - clock)
 
 
@@ -195,7 +201,7 @@ def _elastic(scene: Scene, e: Equilibrium) -> float:
 
 def local_state(scene: Scene, e: Equilibrium) -> LocalState:
     s = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
-    frame, position = e.frame(s), e.position(s)
+    position, frame, omega, eta = e.continued(s)
     force, moment = np.zeros((s.size, 3)), np.zeros((s.size, 3))
     if scene.up is not None and scene.gamma:
         weight = -scene.gamma * scene.up
@@ -210,8 +216,8 @@ def local_state(scene: Scene, e: Equilibrium) -> LocalState:
     known = not scene.barriers and scene.closure is None
     return LocalState(
         s=s,
-        omega=e.omega(s),
-        eta=e.eta(s),
+        omega=omega,
+        eta=np.zeros_like(eta) if e.has_free_twist else eta,
         natural=law.at(scene.curvature, s),
         normal=frame[:, :, 1],
         position=position,

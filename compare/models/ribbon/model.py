@@ -38,13 +38,12 @@ from compare.registry import name_for
 from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
-    from compare.models.capabilities import BranchStart, Estimate, Followed, Moves, Priced, Rival
+    from compare.models.capabilities import BranchStart, Estimate, Followed, Moves, Priced
+    from compare.models.ribbon.rivals import Probed
     from compare.models.ribbon.stages import LoadPath
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
     from ribbon import Equilibrium
-
-    Probed = tuple[Equilibrium, Rival | None]
 
 FloatArray = NDArray[np.float64]
 
@@ -262,8 +261,9 @@ class RibbonModel(Model):
         from compare.models.ribbon.neglected_free import remaining
 
         found = remaining if state.native.has_free_twist else estimate
+        seen = None if state.rivals is None else state.rivals.seen
         with compiling(say):
-            return found(scene, state.native, width_to_thickness)
+            return found(scene, state.native, width_to_thickness, seen)
 
     def rests(self, scene: Scene, state: State, near: Shape, finer: int = 1) -> State | None:
         """Where the ribbon comes to rest from another model's shape (`compare.models.capabilities.Rests`)."""
@@ -374,14 +374,15 @@ class RibbonModel(Model):
 def _beside_rivals(scene: Scene, state: State, seen: Probed | None = None) -> State:
     """The state with the other states that were looked for beside it, where it is known of none yet: of a strip that is
     held at one end by the probe (`compare.models.ribbon.rivals`), which is not asked twice of one equilibrium."""
-    from compare.models.ribbon.rivals import TRIES, is_probed, probe
+    from compare.models.ribbon.rivals import TRIES, is_probed, probe_once
 
     if state.rivals is not None or not state.ok or state.native is None or not is_probed(scene):
         return state
-    found = seen[1] if seen is not None and seen[0] is state.native else probe(scene, state.native)
+    found = probe_once(scene, state.native, seen)
+    asked = (state.native, found)
     if found is None:
-        return replace(state, rivals=Rivals(TRIES, 0.0, "none lower was seen"))
-    return replace(state, rivals=Rivals(TRIES, found.own - found.energy, found.text))
+        return replace(state, rivals=Rivals(TRIES, 0.0, "none lower was seen", asked))
+    return replace(state, rivals=Rivals(TRIES, found.own - found.energy, found.text, asked))
 
 
 def sized(scene: Scene, size: Size) -> Scene:

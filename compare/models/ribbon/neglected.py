@@ -91,10 +91,11 @@ def beyond(scene: Scene, equilibrium: Equilibrium) -> Beyond:
         there = pulled(equilibrium, [term.gradient for term in neglected])
     except NotDifferentiable:
         return Beyond({}, tuple(dict.fromkeys([*(term.name for term in neglected), IN_PLANE])))
+    here = _lines(equilibrium, scene.width)
     for term, moved in zip(neglected, there.terms, strict=True):
-        parts[term.name] = parts.get(term.name, 0.0) + _apart(equilibrium, moved, scene.width)
+        parts[term.name] = parts.get(term.name, 0.0) + _apart(here, moved, scene.width)
     bends = equilibrium.problem.fields.count == 3
-    parts[IN_PLANE] = 0.0 if bends else _apart(equilibrium, there.in_plane, scene.width)
+    parts[IN_PLANE] = 0.0 if bends else _apart(here, there.in_plane, scene.width)
     dropped = Dropped(scene.width, thickness, scene.strip.poisson)
     at = np.array(ends)
     if at.size:
@@ -268,11 +269,14 @@ def to_shell(
     return distance if math.isfinite(distance) else None
 
 
-def _apart(here: Equilibrium, there: Equilibrium, width: float) -> float:
-    """Largest distance over l between particles of the middle line and both edges, the sections taken as straight."""
-    lines = []
-    for found in (here, there):
-        r, across = found.position(_ALONG), 0.5 * width * found.frame(_ALONG)[:, :, 0]
-        lines.append(np.stack([r - across, r, r + across], axis=1))
-    moved = aligned(lines[1], lines[0], motions_of(there))
-    return float(np.linalg.norm(moved - lines[0], axis=-1).max())
+def _lines(equilibrium: Equilibrium, width: float) -> FloatArray:
+    """Particles (k, 3, 3) of the middle line and both edges, the sections taken as straight."""
+    r, frames, _, _ = equilibrium.continued(_ALONG)
+    across = 0.5 * width * frames[:, :, 0]
+    return np.stack([r - across, r, r + across], axis=1)
+
+
+def _apart(here: FloatArray, there: Equilibrium, width: float) -> float:
+    """Largest distance over l of a strip's `_lines` from some (k, 3, 3)."""
+    moved = aligned(_lines(there, width), here, motions_of(there))
+    return float(np.linalg.norm(moved - here, axis=-1).max())

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,16 +21,22 @@ from compare.models.capabilities import Estimate
 from compare.models.ribbon.estimate import in_plane_density, local_state, of_a_straight_strip, sides, tension_density
 from compare.models.ribbon.free import FINITE
 from compare.models.ribbon.neglected import PLAIN, beside, passages, thin, to_shell
-from compare.models.ribbon.rivals import either_side, probe
+from compare.models.ribbon.rivals import either_side, probe_once
 from compare.scene.scene import Scene
 from ribbon import Equilibrium
 from ribbon.analysis import parts as own
 
+if TYPE_CHECKING:
+    from compare.models.ribbon.rivals import Probed
+
 FloatArray = NDArray[np.float64]
 
 
-def remaining(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float) -> Estimate:
-    """The estimate for a scene whose strip with a free twist is `equilibrium`."""
+def remaining(
+    scene: Scene, equilibrium: Equilibrium, width_to_thickness: float, probed: Probed | None = None
+) -> Estimate:
+    """The estimate for a scene whose strip with a free twist is `equilibrium`; probed: as `rivals.probe_once` takes
+    it."""
     clock = time.perf_counter()
     if equilibrium.forces_why:
         return of_a_straight_strip(scene, equilibrium, width_to_thickness)
@@ -62,7 +69,7 @@ def remaining(scene: Scene, equilibrium: Equilibrium, width_to_thickness: float)
     seen: dict[int, float] = {}
     near = (best,) if best is None or best is e or not best.ok else either_side(scene, e, best, seen)
     each = [to_shell(scene, e, one, width_to_thickness, seen) for one in near]
-    rival = probe(scene, e)
+    rival = probe_once(scene, e, probed)
     more = 0.0 if best is None or not best.ok else passages(thin(scene, width_to_thickness), best) / whole
     estimate = Estimate(width_to_thickness, parts, each[0], scale, 0.0, rival, known, passages=more)
     told = sides(near, [replace(estimate, distance=one) for one in each])

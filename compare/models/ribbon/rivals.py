@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from compare.scene.scene import Scene
     from ribbon import Equilibrium
 
+    #: Of which the probe was asked, and what it said.
+    Probed = tuple[Equilibrium, Rival | None]
+
 FloatArray = NDArray[np.float64]
 
 #: Lengths beside the clamp, in widths, on which the ruling is flipped.
@@ -77,6 +80,11 @@ def probe(scene: Scene, equilibrium: Equilibrium) -> Rival | None:
         if apart > APART:
             best = Rival(here.problem.energy, float(energy), float(own), apart)
     return best
+
+
+def probe_once(scene: Scene, equilibrium: Equilibrium, seen: Probed | None = None) -> Rival | None:
+    """`probe`, which is not asked twice of one equilibrium; seen: what is known of one."""
+    return seen[1] if seen is not None and seen[0] is equilibrium else probe(scene, equilibrium)
 
 
 def _rest(problem: Any, omega: FloatArray, eta: FloatArray) -> Equilibrium:
