@@ -26,7 +26,7 @@ import numpy as np
 from numba import njit
 
 from ribbon.energies.codes import among_free
-from ribbon.energies.free import FREE_ENERGIES, add_pretwist, free_density
+from ribbon.energies.free import FREE_ENERGIES, add_pretwist, free_density, free_value
 from ribbon.energies.names import FREE
 
 #: Neither a natural twist nor a natural curvature in the plane.
@@ -62,7 +62,8 @@ _TAIL = ((_PLACES + 0.5) * np.polynomial.legendre.legvander(_NODES, POINTS - 1)[
 
 @njit(cache=True)
 def free_jet(code, q, length, k_start, k_slope, section, jet, rest=NOTHING):
-    """Fills `jet` (15 or 28,) with the elastic energy (D w / l) of a segment with free twist, parameters q (4 or 6,).
+    """Fills `jet` (15 or 28,) with the elastic energy (D w / l) of a segment with free twist, parameters q (4 or 6,);
+    a jet (1,) with its value alone, by the same rule.
 
     kappa_1 = q_0 s + q_1, kappa_3 = q_2 s + q_3, kappa_2 = q_4 s + q_5; K(s) = k_start + k_slope s; section: w / (2 l),
     h / l, nu, plate (`ribbon.energies.free`); rest: natural twist at the start and its slope, natural curvature in the
@@ -77,14 +78,25 @@ def free_jet(code, q, length, k_start, k_slope, section, jet, rest=NOTHING):
         d = np.empty(15)
         for g in range(_COUNT[code]):
             s = _OWN_POINTS[code, g] * length
-            natural = k_start + k_slope * s
-            free_density(code, q[0] * s + q[1], q[2] * s + q[3], q[0], q[2], natural, k_slope, section, d)
-            twist = rest[0] + rest[1] * s
-            if twist != 0.0:
-                add_pretwist(code, q[0] * s + q[1], q[2] * s + q[3], natural, twist, section, d)
+            _at(code, q, s, k_start, k_slope, section, rest, jet.size == 1, d)
             _gather(d, s, _OWN_WEIGHTS[code, g] * length, q.size, jet)
     if q.size == 6:
         _in_plane(q, length, section, rest, jet)
+
+
+@njit(forceinline=True)
+def _at(code, q, s, k_start, k_slope, section, rest, alone, d):
+    """Fills d (15,) with the numbers of the density at s, or d[0] alone; what is under the square of those terms that
+    may cancel in it."""
+    natural, twist = k_start + k_slope * s, rest[0] + rest[1] * s
+    k, t = q[0] * s + q[1], q[2] * s + q[3]
+    if alone and twist == 0.0:
+        d[0] = free_value(code, k, t, q[0], q[2], natural, k_slope, section, d)
+    else:
+        free_density(code, k, t, q[0], q[2], natural, k_slope, section, d)
+        if twist != 0.0:
+            add_pretwist(code, k, t, natural, twist, section, d)
+    return natural * natural + twist * twist
 
 
 @njit(cache=True)
@@ -140,32 +152,41 @@ def _composite(code, q, length, k_start, k_slope, section, rest, reach, jet):
 def _panel(code, q, begin, end, k_start, k_slope, section, rest, jet):
     """Adds to `jet` the integral from `begin` to `end`, halved where the density is not smooth enough."""
     d = np.empty((POINTS, 15))
+    if _sampled(code, q, begin, end, k_start, k_slope, section, rest, jet.size == 1, d):
+        for g in range(POINTS):
+            _gather(d[g], begin + _PANEL_POINTS[g] * (end - begin), _PANEL_WEIGHTS[g] * (end - begin), q.size, jet)
+        return
     ends = np.empty(64)  # of the panels that wait, the next one last
     ends[0] = end
     waiting = 1
     shortest = _SHORTEST * (end - begin)
     done = begin
+    smooth = False
     while waiting > 0:
         h = ends[waiting - 1] - done
-        floor = 0.0
-        for g in range(POINTS):
-            s = done + _PANEL_POINTS[g] * h
-            natural = k_start + k_slope * s
-            free_density(code, q[0] * s + q[1], q[2] * s + q[3], q[0], q[2], natural, k_slope, section, d[g])
-            twist = rest[0] + rest[1] * s
-            if twist != 0.0:
-                add_pretwist(code, q[0] * s + q[1], q[2] * s + q[3], natural, twist, section, d[g])
-            floor = max(floor, natural * natural + twist * twist)
         middle = done + 0.5 * h
         within = done < middle < ends[waiting - 1]  # a panel of neighbouring numbers has no middle
-        if h > shortest and within and not _smooth(d, floor):
+        if h > shortest and within and not smooth:
             ends[waiting] = middle
             waiting += 1
-            continue
-        for g in range(POINTS):
-            _gather(d[g], done + _PANEL_POINTS[g] * h, _PANEL_WEIGHTS[g] * h, q.size, jet)
-        waiting -= 1
-        done = ends[waiting]
+        else:
+            for g in range(POINTS):
+                _gather(d[g], done + _PANEL_POINTS[g] * h, _PANEL_WEIGHTS[g] * h, q.size, jet)
+            waiting -= 1
+            done = ends[waiting]
+        if waiting > 0:
+            smooth = _sampled(code, q, done, ends[waiting - 1], k_start, k_slope, section, rest, jet.size == 1, d)
+
+
+@njit(cache=True)
+def _sampled(code, q, begin, end, k_start, k_slope, section, rest, alone, d):
+    """Fills d (POINTS, 15) with the density on a panel, d[:, 0] where its value `alone` is asked for; whether it is
+    smooth enough there."""
+    floor = 0.0
+    for g in range(POINTS):
+        s = begin + _PANEL_POINTS[g] * (end - begin)
+        floor = max(floor, _at(code, q, s, k_start, k_slope, section, rest, alone, d[g]))
+    return _smooth(d, floor)
 
 
 @njit(cache=True)
@@ -194,12 +215,15 @@ def _smooth(d, floor):
 
 @njit(cache=True)
 def _gather(d, s, w, count, jet):
-    """Adds w times the numbers d (15,) of the density at s to the jet by `count` parameters (chain rule)."""
+    """Adds w times the numbers d (15,) of the density at s to the jet by `count` parameters (chain rule), or its value
+    to a jet of one."""
     o = 7 if count == 6 else 5  # places of second derivatives: rows a, b, n, m
     ob = o + count
     on = ob + count - 1
     om = on + count - 2
     jet[0] += w * d[0]
+    if jet.size == 1:
+        return
     jet[1] += w * (s * d[1] + d[3])
     jet[2] += w * d[1]
     jet[3] += w * (s * d[2] + d[4])
@@ -223,6 +247,8 @@ def _in_plane(q, length, section, rest, jet):
     c, e = q[4] - rest[3], q[5] - rest[2]
     first, second, third = stiffness * length, 0.5 * stiffness * length**2, stiffness * length**3 / 3.0
     jet[0] += 0.5 * (third * c * c + first * e * e) + second * c * e
+    if jet.size == 1:
+        return
     jet[5] += third * c + second * e
     jet[6] += second * c + first * e
     jet[25] += third

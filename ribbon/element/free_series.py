@@ -18,12 +18,12 @@ pairs in order. Units: a, n, c 1/length^2; b, m, d 1/length.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import njit
 
-from ribbon.element.series import FMA, MAX_TERMS, MOST_PIECES, STATES, TINY
+from ribbon.element import twist_series
+from ribbon.element.free_values import advance
+from ribbon.element.series import FMA, MAX_TERMS, STATES, TINY
 
 _LANES = 4
 #: Terms at least: of a straight strip all values are zero, and the second derivative by slopes first in term 4.
@@ -39,148 +39,6 @@ _SLOPE = np.array([1, 0, 1, 0, 1, 0])
 def parameter_count(components):
     """Parameters of jets with 15 or 28 components."""
     return 4 if components == 15 else 6
-
-
-@njit(cache=True)
-def _step(q, start, left, limit):
-    """Length of the next sub-segment of a segment with parameters q (4 or 6,) from `start`: C stays below `limit`; nan
-    where the rest would take more than `MOST_PIECES`."""
-    square = (q[1] + q[0] * start) ** 2 + (q[3] + q[2] * start) ** 2
-    slope = q[0] * q[0] + q[2] * q[2]
-    if q.size == 6:
-        square += (q[5] + q[4] * start) ** 2
-        slope += q[4] * q[4]
-    l0, l1 = math.sqrt(square), math.sqrt(slope)
-    exponent = 2.0 * left * (l0 + l1 * left)
-    if exponent <= limit:
-        return left
-    if not exponent <= limit * MOST_PIECES:
-        return np.nan
-    s = limit / (l0 + math.sqrt(l0 * l0 + 2.0 * l1 * limit))
-    if s < left < 1.5 * s:
-        s = 0.5 * left
-    return s
-
-
-@njit(cache=True)
-def _advance(q, done, length, limit):
-    """End of the sub-segment that starts at `done`; ends are rounded first (`ribbon.element.series.advance`)."""
-    h = _step(q, done, length - done, limit)
-    end = done + h
-    if end <= done or length - end <= 1e-14 * length:
-        return length
-    return end
-
-
-@njit(cache=True, fastmath=FMA, error_model="numpy")
-def _values(q, start, h, out):
-    """Of one sub-segment of length h that begins at `start` of its segment: Q (9 by rows), p, J, T (3 each), quaternion
-    (4) in `out` (22,)."""
-    hb, ha = (q[1] + q[0] * start) * h, q[0] * h * h
-    hm, hn = (q[3] + q[2] * start) * h, q[2] * h * h
-    hd, hc = 0.0, 0.0
-    if q.size == 6:
-        hd, hc = (q[5] + q[4] * start) * h, q[4] * h * h
-    out[:] = 0.0
-    for r in range(3):
-        x1 = 1.0 if r == 0 else 0.0
-        y1 = 1.0 if r == 1 else 0.0
-        z1 = 1.0 if r == 2 else 0.0
-        x2 = y2 = z2 = 0.0
-        sx, sy, sz, p, j, t = x1, y1, z1, z1, 0.5 * z1, x1
-        small = 0
-        for k in range(1, MAX_TERMS):
-            f = 1.0 / k
-            x = f * (hm * y1 + hn * y2 - hd * z1 - hc * z2)
-            y = f * (hb * z1 + ha * z2 - hm * x1 - hn * x2)
-            z = f * (hd * x1 + hc * x2 - hb * y1 - ha * y2)
-            x2, y2, z2, x1, y1, z1 = x1, y1, z1, x, y, z
-            sx, sy, sz = sx + x, sy + y, sz + z
-            f = 1.0 / (k + 1)
-            p, t, j = p + f * z, t + f * x, j + f * z / (k + 2)
-            small = small + 1 if abs(x) + abs(y) + abs(z) < TINY else 0
-            if small == 3:
-                break
-        out[3 * r], out[3 * r + 1], out[3 * r + 2] = sx, sy, sz
-        out[9 + r], out[12 + r], out[15 + r] = h * p, h * h * j, h * t
-    w1, i1, j1, k1 = 1.0, 0.0, 0.0, 0.0
-    w2 = i2 = j2 = k2 = 0.0
-    sw, si, sj, sk = 1.0, 0.0, 0.0, 0.0
-    small = 0
-    for k in range(1, MAX_TERMS):
-        f = 0.5 / k
-        w = -f * (hb * i1 + ha * i2 + hd * j1 + hc * j2 + hm * k1 + hn * k2)
-        i = f * (hb * w1 + ha * w2 + hm * j1 + hn * j2 - hd * k1 - hc * k2)
-        j = f * (hd * w1 + hc * w2 + hb * k1 + ha * k2 - hm * i1 - hn * i2)
-        v = f * (hm * w1 + hn * w2 + hd * i1 + hc * i2 - hb * j1 - ha * j2)
-        w2, i2, j2, k2, w1, i1, j1, k1 = w1, i1, j1, k1, w, i, j, v
-        sw, si, sj, sk = sw + w, si + i, sj + j, sk + v
-        small = small + 1 if abs(w) + abs(i) + abs(j) + abs(v) < TINY else 0
-        if small == 3:
-            break
-    out[18], out[19], out[20], out[21] = sw, si, sj, sk
-
-
-@njit(cache=True)
-def _whole(q, length, limit, state, part):
-    """`_values` of a whole segment in `state` (22,), walked in sub-segments; `part` (22,) is scratch; returns their
-    number."""
-    end = _advance(q, 0.0, length, limit)
-    _values(q, 0.0, end, state)
-    done = end
-    count = 1
-    while done < length:
-        end = _advance(q, done, length, limit)
-        h = end - done
-        _values(q, done, h, part)
-        for r in range(3):
-            x, y, z = state[3 * r], state[3 * r + 1], state[3 * r + 2]
-            state[12 + r] += state[9 + r] * h + x * part[12] + y * part[13] + z * part[14]
-            state[9 + r] += x * part[9] + y * part[10] + z * part[11]
-            state[15 + r] += x * part[15] + y * part[16] + z * part[17]
-            for c in range(3):
-                state[3 * r + c] = x * part[c] + y * part[3 + c] + z * part[6 + c]
-        a, b, c, d = state[18], state[19], state[20], state[21]
-        e, f, g, i = part[18], part[19], part[20], part[21]
-        state[18] = a * e - b * f - c * g - d * i
-        state[19] = a * f + b * e + c * i - d * g
-        state[20] = a * g + c * e + d * f - b * i
-        state[21] = a * i + d * e + b * g - c * f
-        done = end
-        count += 1
-    return count
-
-
-@njit(cache=True)
-def segment_values(q, length, limit, frame, p, j):
-    """End frame (3, 3), chord p (3,) and its integral J (3,) of a segment with parameters q (4 or 6,); returns the
-    number of sub-segments."""
-    state, part = np.empty(22), np.empty(22)
-    count = _whole(q, length, limit, state, part)
-    for r in range(3):
-        p[r], j[r] = state[9 + r], state[12 + r]
-        for c in range(3):
-            frame[r, c] = state[3 * r + c]
-    return count
-
-
-@njit(cache=True)
-def body_values(q, length, limit, level, out):
-    """Quaternion, u, v, t seen from the end, in `out` (13,) (`ribbon.element.body_series`), of a segment with
-    parameters q (4 or 6,); `level` 0: quaternion and u alone, 1: and v, 2: and t. Returns the number of
-    sub-segments."""
-    state, part = np.empty(22), np.empty(22)
-    count = _whole(q, length, limit, state, part)
-    for k in range(4):
-        out[k] = state[18 + k]
-    for block in range(level + 1):
-        for c in range(3):
-            out[4 + 3 * block + c] = (
-                state[c] * state[9 + 3 * block]
-                + state[3 + c] * state[10 + 3 * block]
-                + state[6 + c] * state[11 + 3 * block]
-            )
-    return count
 
 
 @njit(forceinline=True)
@@ -377,6 +235,9 @@ def walk(q, lengths, limit, states):
     """
     p, size, components = states.shape
     count = q.shape[1]
+    level = (size - STATES[0]) // 3
+    unrolled = count == 4
+    w = np.empty(twist_series.WORK)
     lam = np.zeros((6, _LANES))
     work = np.empty((3, 3, components, _LANES))
     sums = np.empty((6, components, _LANES))
@@ -390,7 +251,7 @@ def walk(q, lengths, limit, states):
     while i < p:
         jobs = 0
         while jobs < _LANES and i < p:
-            end = _advance(q[i], done, lengths[i], limit)
+            end = advance(q[i], done, lengths[i], limit)
             group[jobs, 0], group[jobs, 1] = done, end - done
             owner[jobs] = i
             jobs += 1
@@ -403,15 +264,24 @@ def walk(q, lengths, limit, states):
             for l in range(_LANES):
                 job = min((first + l) // 3, jobs - 1)
                 s, h = group[job, 0], group[job, 1]
-                row = q[owner[job]]
+                own = q[owner[job]]
                 for k in range(0, count, 2):
-                    lam[k, l], lam[k + 1, l] = row[k] * h * h, (row[k + 1] + row[k] * s) * h
-            _series(lam, first, count, work, sums)
+                    lam[k, l], lam[k + 1, l] = own[k] * h * h, (own[k + 1] + own[k] * s) * h
+            if unrolled:
+                for k in range(4):
+                    for l in range(_LANES):
+                        w[twist_series.PARAMETERS + k * _LANES + l] = lam[k, l]
+                twist_series.series(w, first, level)
+            else:
+                _series(lam, first, count, work, sums)
             for l in range(min(_LANES, 3 * jobs - first)):
-                j = (first + l) // 3
+                j, row = (first + l) // 3, (first + l) % 3
                 _factors(group[j, 1], count, factors)
                 part = states[owner[j]] if group[j, 0] == 0.0 else parts[j]
-                _unload(sums, l, (first + l) % 3, group[j, 1], factors, part)
+                if unrolled:
+                    twist_series.unload(w, l, group[j, 1], row, level, factors, part)
+                else:
+                    _unload(sums, l, row, group[j, 1], factors, part)
         for j in range(jobs):
             if group[j, 0] > 0.0:
                 _shift(parts[j], group[j, 0], count)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ribbon.element import body_series, free_series, series
+from ribbon.element import body_series, free_series, free_values, series
 
 #: Components of a jet by the number of parameters of a segment.
 COMPONENTS = {4: free_series.COMPONENTS[0], 6: free_series.COMPONENTS[1]}
@@ -20,7 +20,7 @@ COMPONENTS = {4: free_series.COMPONENTS[0], 6: free_series.COMPONENTS[1]}
 def segment_values(free, q, length, limit, frame, p, j):
     """End frame (3, 3), chord p (3,) and its integral J (3,) of a segment with parameters q (4 or 6,)."""
     if free:
-        return free_series.segment_values(q, length, limit, frame, p, j)
+        return free_values.segment_values(q, length, limit, frame, p, j)
     return series.segment_values(q[0], q[1], q[2], q[3], length, limit, frame, p, j)
 
 
@@ -28,7 +28,7 @@ def segment_values(free, q, length, limit, frame, p, j):
 def body_values(free, q, length, limit, level, out):
     """Quaternion, u, v, t (13,) seen from the end (`ribbon.element.body_series.body_values`)."""
     if free:
-        return free_series.body_values(q, length, limit, level, out)
+        return free_values.body_values(q, length, limit, level, out)
     return body_series.body_values(q[0], q[1], q[2], q[3], length, limit, level, out)
 
 

@@ -150,6 +150,8 @@ class FreeTwist:
     pretwist: kernel ``(k, t, natural, rest, section, out)`` that adds to `out` what a natural twist `rest` changes
     (docs/theory.md, eq. (10.27)); None: the energy knows no natural twist.
     section: shape of the cross-section and what its energy consists of; words: what it is, for a page.
+    value: kernel ``(k, t, dk, dt, natural, slope, section)``, the density's value alone, where that is much less work
+    than its derivatives; None: `density` tells it.
     """
 
     density: Any
@@ -162,6 +164,7 @@ class FreeTwist:
     pretwist: Any = None
     section: Profile | None = None
     words: str = ""
+    value: Any = None
 
     @property
     def fields(self) -> FieldSet:

@@ -44,6 +44,19 @@ def density(k, t, dk, dt, natural, slope, section, out):
 
 
 @njit(cache=True)
+def value(k, t, dk, dt, natural, slope, section):
+    """The density alone."""
+    half_width, thickness, poisson, _ = section
+    width = 2.0 * half_width
+    plate = 1.0 - poisson * poisson
+    c4 = 3.0 * plate * width**4 / (thickness * thickness)
+    kb = k - natural
+    b = poisson * k * kb + t * t
+    twist = (1.0 - poisson) * (1.0 - torsion_loss(width, thickness))
+    return 0.5 * plate * kb * kb - 0.5 * natural * natural + twist * t * t + c4 * b * b * gain(c4 * k * k)[0]
+
+
+@njit(cache=True)
 def pretwist(k, t, natural, rest, section, out):
     """Adds to `out` (15,) what a natural twist changes: (t - rest)^2 for t^2, and B = nu k kb + t^2 - rest^2."""
     half_width, thickness, poisson, _ = section
@@ -68,6 +81,7 @@ def pretwist(k, t, natural, rest, section, out):
 
 ENERGY = FreeTwist(
     density,
+    value=value,
     pretwist=pretwist,
     needs=("thickness",),
     reach=0.83,

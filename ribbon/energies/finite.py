@@ -25,13 +25,15 @@ from numba import njit
 
 from ribbon.energies import extensible
 from ribbon.energies.energy import FreeTwist
-from ribbon.energies.section.jets import product, through, variable
 from ribbon.energies.section.profile import EXTENSIBLE, FloatArray, Local, Profile, Shares
 from ribbon.energies.wunderlich import SERIES_BELOW, width_factor
 
 #: x^2 from which H is continued.
 ROUNDED = 0.97
 _TERMS = 18
+#: Below this x^2 a few terms of H's series are all: the next of its second derivative is 3e-18 of the first.
+_SMALL, _FEW = 1e-3, 8
+_COEFFICIENTS = 1.0 / (2.0 * np.arange(_TERMS) + 3.0)
 
 
 @njit(cache=True)
@@ -41,10 +43,10 @@ def rounded_factor(y):
         f = 0.0
         d = 0.0
         e = 0.0
-        for k in range(_TERMS - 1, -1, -1):  # (H - 1) / y: sum of y^k / (2 k + 3)
+        for k in range((_FEW if y < _SMALL else _TERMS) - 1, -1, -1):  # (H - 1) / y: sum of y^k / (2 k + 3)
             e = e * y + 2.0 * d
             d = d * y + f
-            f = f * y + 1.0 / (2 * k + 3)
+            f = f * y + _COEFFICIENTS[k]
         return y * f, f + y * d, 2.0 * d + y * e
     z = math.sqrt(min(y, ROUNDED))
     h, d, e = width_factor(z)
@@ -61,50 +63,81 @@ def density(k, t, dk, dt, natural, slope, section, out):
 
 
 @njit(cache=True)
-def _add(k, t, dk, dt, section, out):
-    """Adds to `out` (15,) what this energy has beyond `extensible`."""
+def value(k, t, dk, dt, natural, slope, section):
+    """The density alone."""
+    return extensible.value(k, t, dk, dt, natural, slope, section) + _more(k, t, dk, dt, section)
+
+
+@njit(forceinline=True)
+def _softened(k, section):
+    """w / 2, w^2 / (24 zeta^2) and k^2 + 1 / zeta^2."""
     half_width, thickness, nu, _ = section
     square = 4.0 * half_width * half_width
     soft = 60.0 * thickness * thickness / ((1.0 - nu * nu) * square * square)  # 1 / zeta^2
-    jk, jt, jdk, jdt = variable(k, 0), variable(t, 1), variable(dk, 2), variable(dt, 3)
-    a, b, c = np.empty(15), np.empty(15), np.empty(15)
-    softened, inverse, eta, x = np.empty(15), np.empty(15), np.empty(15), np.empty(15)
-    product(jk, jk, softened)
-    softened[0] += soft
-    r = softened[0]
-    through(softened, 1.0 / r, -1.0 / (r * r), 2.0 / (r * r * r), inverse)
-    product(jk, jt, a)
-    product(a, inverse, eta)
-    # eta' = (k t' + t k' - 2 eta k k') / (k^2 + 1 / zeta^2)
-    product(jdt, jk, a)
-    product(jt, jdk, b)
-    a += b
-    product(eta, jk, b)
-    product(b, jdk, c)
-    a -= 2.0 * c
-    product(a, inverse, x)
-    x *= half_width
-    product(x, x, a)
-    f0, f1, f2 = rounded_factor(a[0])
-    through(a, f0, f1, f2, b)
-    product(eta, eta, a)
-    through(a, (1.0 + a[0]) ** 2, 2.0 * (1.0 + a[0]), 2.0, c)
-    product(b, c, a)
-    product(a, softened, c)
-    product(jdt, jdt, a)
-    product(a, inverse, b)  # (1 - psi) t'^2 = t'^2 / (zeta^2 k^2 + 1)
-    for i in range(15):
-        out[i] += 0.5 * c[i] + square * soft / 24.0 * b[i]
+    return half_width, soft, square * soft / 24.0, k * k + soft
+
+
+@njit(cache=True)
+def _more(k, t, dk, dt, section):
+    """What this energy has beyond `extensible`."""
+    half_width, soft, warp, s = _softened(k, section)
+    p = k / s
+    x = half_width * (dt * p + t * dk * (soft - k * k) / (s * s))
+    u = 1.0 + (t * p) ** 2
+    return 0.5 * s * u * u * rounded_factor(x * x)[0] + warp * dt * dt / s
+
+
+@njit(cache=True)
+def _add(k, t, dk, dt, section, out):
+    """Adds to `out` (15,) what this energy has beyond `extensible`, with its derivatives.
+
+    eta = t p and x = w / 2 (p t' + p' t k') with p(k) = k / (k^2 + 1 / zeta^2), so that the second term is W(k, t) G(x),
+    W = 1/2 (k^2 + 1 / zeta^2) (1 + eta^2)^2, G = H - 1.
+    """
+    half_width, soft, warp, s = _softened(k, section)
+    r = 1.0 / s
+    square = k * k
+    p, p1, p2 = k * r, (soft - square) * r * r, 2.0 * k * (square - 3.0 * soft) * r**3
+    p3 = (36.0 * soft * square - 6.0 * (soft * soft + square * square)) * r**4
+    # W, by k and t
+    eta, eta_k = t * p, t * p1
+    u = 1.0 + eta * eta
+    f, f1, f2 = u * u, 4.0 * eta * u, 4.0 + 12.0 * eta * eta
+    m = 0.5 * s
+    w, w_k, w_t = m * f, k * f + m * f1 * eta_k, m * f1 * p
+    w_kk = f + 2.0 * k * f1 * eta_k + m * (f2 * eta_k * eta_k + f1 * t * p2)
+    w_kt = k * f1 * p + m * (f2 * eta_k * p + f1 * p1)
+    w_tt = m * f2 * p * p
+    # x, by k, t, t' and k'
+    a, b, c, d = half_width * p, half_width * p1, half_width * p2, half_width * p3
+    x = dt * a + t * dk * b
+    x_k, x_t, x_dk = dt * b + t * dk * c, dk * b, t * b
+    h, h1, h2 = rounded_factor(x * x)
+    g, g1, g2 = h, 2.0 * x * h1, 2.0 * h1 + 4.0 * x * x * h2
+    wg1, wg2 = w * g1, w * g2
+    out[0] += w * g + warp * dt * dt * r
+    out[1] += w_k * g + wg1 * x_k - 2.0 * warp * dt * dt * k * r * r
+    out[2] += w_t * g + wg1 * x_t
+    out[3] += wg1 * x_dk
+    out[4] += wg1 * a + 2.0 * warp * dt * r
+    out[5] += w_kk * g + 2.0 * w_k * g1 * x_k + wg2 * x_k * x_k + wg1 * (dt * c + t * dk * d)
+    out[5] += warp * dt * dt * (8.0 * square * r - 2.0) * r * r
+    out[6] += w_kt * g + (w_k * x_t + w_t * x_k) * g1 + wg2 * x_k * x_t + wg1 * dk * c
+    out[7] += w_k * g1 * x_dk + wg2 * x_k * x_dk + wg1 * t * c
+    out[8] += w_k * g1 * a + wg2 * x_k * a + wg1 * b - 4.0 * warp * dt * k * r * r
+    out[9] += w_tt * g + 2.0 * w_t * g1 * x_t + wg2 * x_t * x_t
+    out[10] += w_t * g1 * x_dk + wg2 * x_t * x_dk + wg1 * b
+    out[11] += w_t * g1 * a + wg2 * x_t * a
+    out[12] += wg2 * x_dk * x_dk
+    out[13] += wg2 * x_dk * a
+    out[14] += wg2 * a * a + 2.0 * warp * r
 
 
 @njit(cache=True)
 def _added(k, t, dk, dt, section, out):
     """Fills `out` (m,) with what this energy has beyond `extensible` in m states."""
-    jet = np.empty(15)
     for i in range(out.size):
-        jet[:] = 0.0
-        _add(k[i], t[i], dk[i], dt[i], section, jet)
-        out[i] = jet[0]
+        out[i] = _more(k[i], t[i], dk[i], dt[i], section)
 
 
 def added(k: FloatArray, t: FloatArray, dk: FloatArray, dt: FloatArray, section: Sequence[float]) -> FloatArray:
@@ -125,6 +158,7 @@ def _shares(local: Local, y: FloatArray, section: Sequence[float]) -> Shares:
 
 ENERGY = FreeTwist(
     density,
+    value=value,
     needs=("thickness",),
     points=8,
     reach=0.83,

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from importlib import import_module
+from math import nan  # noqa: F401  (read by what is written below)
 
 from numba import njit
 
@@ -19,7 +20,7 @@ from ribbon.energies.energy import FreeSectionNumbers, FreeTwist
 from ribbon.energies.names import FREE
 
 __all__ = [
-    "FREE_CODES", "FREE_ENERGIES", "FreeSectionNumbers", "FreeTwist", "add_pretwist", "free_density",
+    "FREE_CODES", "FREE_ENERGIES", "FreeSectionNumbers", "FreeTwist", "add_pretwist", "free_density", "free_value",
     "in_plane_stiffness", "natural_numbers",
 ]  # fmt: skip
 
@@ -44,6 +45,19 @@ def _chosen() -> str:
     return "\n".join(lines)
 
 
+def _valued() -> str:
+    """Source of ``free_value(code, ...)``, the density alone; out (1 or more,) is scratch or not read."""
+    given = "k, t, dk, dt, natural, slope, section"
+    lines = [f"def free_value(code, {given}, out):"]
+    for name, code in FREE_CODES.items():
+        own = FREE_ENERGIES[name].value is not None
+        lines.append(f"    if code == {code}:")
+        lines += [f"        return value_{name}({given})"] if own else [
+            f"        density_{name}({given}, out)", "        return out[0]"
+        ]
+    return "\n".join([*lines, "    return nan"])
+
+
 def _pretwisted() -> str:
     """Source of ``add_pretwist(code, ...)``, over the energies that know a natural twist."""
     given = "k, t, natural, rest, section, out"
@@ -57,9 +71,12 @@ def _pretwisted() -> str:
 for _name, _energy in FREE_ENERGIES.items():
     globals()[f"density_{_name}"] = _energy.density
     globals()[f"pretwist_{_name}"] = _energy.pretwist
+    globals()[f"value_{_name}"] = _energy.value
 exec(_chosen())
+exec(_valued())
 exec(_pretwisted())
 free_density = njit(forceinline=True)(globals()["free_density"])
+free_value = njit(forceinline=True)(globals()["free_value"])
 add_pretwist = njit(forceinline=True)(globals()["add_pretwist"])
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ribbon.element import body_series, free_series, series
+from ribbon.element import body_series, free_series, free_values, series
 
 #: Curvatures times the length, from what is asked for in earnest to nonsense.
 TURNS = [1e7, 1e10, 1e200, 1e308, np.inf, np.nan]
@@ -27,7 +27,7 @@ def values(kind: str, curvature: float, slope: float = 0.0) -> tuple[int, np.nda
         out = np.empty(13)
         return body_series.body_values(*q, 1.0, series.EXPONENT_LIMIT, 2, out), out
     if kind == "free values":
-        count = free_series.segment_values(free, 1.0, series.EXPONENT_LIMIT, frame, chord, integral)
+        count = free_values.segment_values(free, 1.0, series.EXPONENT_LIMIT, frame, chord, integral)
         return count, np.concatenate([frame.ravel(), chord, integral])
     jets = np.empty((1, 15, 28))
     return free_series.walk(free[None], one, series.EXPONENT_LIMIT, jets), jets

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from ribbon.element import free_series
+from ribbon.element import free_series, free_values
 from ribbon.element.series import EXPONENT_LIMIT
 
 # a, b, n, m (, c, d), L: the last ones turn by some tens of radians, in several sub-segments
@@ -46,7 +46,7 @@ def jets(q, length=LENGTH, rows=18):
 
 def values(q, length=LENGTH):
     frame, p, j = np.empty((3, 3)), np.empty(3), np.empty(3)
-    count = free_series.segment_values(np.array(q), length, EXPONENT_LIMIT, frame, p, j)
+    count = free_values.segment_values(np.array(q), length, EXPONENT_LIMIT, frame, p, j)
     return np.concatenate([frame.ravel(), p, j]), count
 
 
@@ -69,7 +69,7 @@ def test_constant_curvatures_turn_about_one_axis():
     turn = Rotation.from_rotvec(LENGTH * np.array([3.0, 1.4, -2.1])).as_matrix()
     assert np.abs(values(q)[0][:9].reshape(3, 3) - turn).max() < 1e-14
     out = np.empty(13)
-    free_series.body_values(np.array(q), LENGTH, EXPONENT_LIMIT, 0, out)
+    free_values.body_values(np.array(q), LENGTH, EXPONENT_LIMIT, 0, out)
     assert np.abs(Rotation.from_quat(out[:4], scalar_first=True).as_matrix() - turn).max() < 1e-14
 
 
