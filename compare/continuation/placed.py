@@ -18,6 +18,8 @@ from compare.continuation.point import Options, Point, Special
 WINDOWS = ((0.0, 1.0), (-0.5, 1.5), (-1.0, 2.0), (-2.0, 3.0))
 #: How far before a special point, over the step in which it was found, elements move to it.
 BESIDE = 0.1
+#: Times that elements move at one point at the most.
+ROUNDS = 4
 
 
 def on_its_elements(special: Special, options: Options | None = None) -> Special:
@@ -73,7 +75,21 @@ def carried_on(here: Point, there: Point, options: Options, landed: bool) -> tup
 
 
 def _moved(point: Point, options: Options, landed: bool) -> Point | None:
-    """The point on moved elements; None where they need not move, or it is not found there."""
+    """The point on moved elements, again while these do not resolve it: what is sudden may be thinner than the elements
+    that it is seen on. None where they need not move, or it is not found there."""
+    found: Point | None = None
+    for _ in range(ROUNDS):
+        here = found or point
+        there = _moved_once(here, options, landed)
+        if there is None:
+            break
+        found = there
+        if found.system.resolved(found.z, found.t):
+            break
+    return found
+
+
+def _moved_once(point: Point, options: Options, landed: bool) -> Point | None:
     dz, dt = point.tangent
     system, z, directions = point.system.moved(point.z, point.t, dz[:, None])
     if system is point.system:

@@ -18,6 +18,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.rods import layers
 from ribbon.rods.curve_angle import Anchors, CurveAngle
 from ribbon.rods.result import RodShape
 from ribbon.rods.rod import FloatArray, Rod
@@ -36,6 +37,9 @@ _FAR = 0.5
 #: Weight of an angle (rad) beside a position (l) in the metric; size of G that counts as one of rounding.
 _ANGLE, _ROUNDED = 0.1, 1e-10
 _KEPT = 12
+#: Root of the energy's relative error from which edges move, and the part of it that is worth it; above which a point
+#: is not resolved: edges are of second order.
+FITTED, WORTH, RESOLVED = 2e-2, 0.5, 2e-1
 
 
 @dataclass(frozen=True)
@@ -158,14 +162,23 @@ class Equations:
         return z + dz
 
     def moved(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Equations, FloatArray, FloatArray]:
-        """The same edges with their reference frames told anew where one has turned far from its own; z is the same
-        there."""
-        problem = self.problem(t)
+        """As many edges where the rod is pulled into layers (`ribbon.rods.layers`); or the same edges with their
+        reference frames told anew where one has turned far from its own: z is the same there."""
+        coarse = self.shape(z, t, 0.0)
+        before = layers.missed(coarse)
+        if before > FITTED:
+            lengths = layers.fitted(coarse)
+            if layers.missed(coarse, lengths) < WORTH * before:
+                return self._carried(lengths, coarse, t, directions)
         y, _ = self.whole(z, t)
-        turned = np.einsum("ij,ij->i", problem.tangents(y), self.anchors.frames[1:-1, :, 2])
+        turned = np.einsum("ij,ij->i", self.problem(t).tangents(y), self.anchors.frames[1:-1, :, 2])
         if float(turned.min()) > _FAR:
             return self, z, directions
-        return replace(self, anchors=problem.anchored(y).anchors), z, directions
+        return replace(self, anchors=self.problem(t).anchored(y).anchors), z, directions
+
+    def resolved(self, z: FloatArray, t: float) -> bool:
+        """Whether its edges resolve the layers of a rod that is pulled."""
+        return layers.missed(self.shape(z, t, 0.0)) <= RESOLVED
 
     def shape(self, z: FloatArray, t: float, norm: float) -> RodShape:
         """The rod at a point, seen from where it is solved."""
@@ -174,24 +187,29 @@ class Equations:
         return RodShape(Found(problem, y, rows, norm, 0, True, "on a branch", 0.0))
 
     def finer(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Equations, FloatArray, FloatArray]:
-        """Every edge cut in two, on the spline through its vertices."""
-        coarse = self.shape(z, t, 0.0)
-        lengths = np.repeat(0.5 * self.lengths, 2)
+        """Every edge cut in two."""
+        return self._carried(np.repeat(0.5 * self.lengths, 2), self.shape(z, t, 0.0), t, directions)
+
+    def _carried(
+        self, lengths: FloatArray, coarse: RodShape, t: float, directions: FloatArray
+    ) -> tuple[Equations, FloatArray, FloatArray]:
+        """The system of edges of these lengths, with vertices on the spline through those of the shape."""
         rod = self.rod_at(t, lengths)
         s = rod.vertices
+        middle = 0.5 * (s[1:] + s[:-1])
         turn = 0.5 * float(coarse.problem.evaluated(coarse.found.y).strain[-1, 2])
-        frames = coarse.frames(0.5 * (s[1:] + s[:-1]))
-        problem, y = from_frames(rod, coarse.centreline(s), frames, turn)
+        problem, y = from_frames(rod, coarse.centreline(s), coarse.frames(middle), turn)
         lower, upper = problem.bounds()
         new = Equations(self.rod_at, lengths, problem.anchors, lower < upper)
         wide = np.zeros((y.size, directions.shape[1]))
-        here = self.problem(t).rod.vertices
+        here = coarse.rod.vertices
+        edge = np.clip(np.searchsorted(here, middle) - 1, 0, here.size - 2)
         for k in range(directions.shape[1]):
             v = np.zeros(self.free.size)
             v[self.free] = directions[: self.size - self.rows, k]
             for i in range(3):
                 wide[i::4, k] = np.interp(s, here, v[i::4])
-            wide[3::4, k] = np.repeat(v[3::4], 2)
+            wide[3::4, k] = v[3::4][edge]
         carried = np.concatenate([wide[new.free], np.zeros((new.rows, directions.shape[1]))])
         return new, np.concatenate([y[new.free], multipliers(problem, y)]), carried
 

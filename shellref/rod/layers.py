@@ -7,8 +7,10 @@ Davis, Interpolation and Approximation, Dover 1975, section 10.3),
 
     C_q (lambda h)^q ,   C_q = q! / (2 q)! / sqrt(2 q + 1)
 
-times itself. The root of the mean square along the rod, weighed by the bending, is the relative error of the curvature
-in L2; the energy's is its square.
+times itself, and at the most itself. The root of the mean square along the rod, weighed by the bending, is the relative
+error of the curvature
+in L2; the energy's is its square. It is least, at a number of elements, where each has the same part of
+int f^(2/(2q+1)), f being the bending times lambda^q.
 """
 
 from __future__ import annotations
@@ -17,20 +19,52 @@ import math
 
 import numpy as np
 
+from shellref.law import cut
 from shellref.rod.elements import Array, Elements, State
 from shellref.rod.problem import RodProblem
 
+#: Part of the joints that are spread evenly; bending over the largest that is none.
+EVEN, NONE = 0.25, 1e-5
 
-def missed(elements: Elements, state: State, problem: RodProblem) -> float:
-    """Relative error of the curvature, estimated; 0 for a rod that is not bent."""
+
+def _rough(elements: Elements, state: State, problem: RodProblem) -> tuple[Array, Array]:
+    """Bending (e, g) at the Gauss points, 1/l, and lambda there, at least pi."""
     stress = elements.stress(state, problem)
     stiffness = problem.section.stiffness
-    bending: Array = np.sum((stress[..., 3:] / stiffness[3:]) ** 2, axis=2)
-    whole = float(np.sum(elements.weights * bending))
+    bending: Array = np.linalg.norm(stress[..., 3:] / stiffness[3:], axis=2)
+    bending[bending < NONE * bending.max(initial=0.0)] = 0.0
+    pulled = np.sqrt(np.linalg.norm(stress[..., :3], axis=2) / float(np.min(stiffness[3:5])))
+    return bending, np.maximum(pulled, math.pi)
+
+
+def missed(elements: Elements, state: State, problem: RodProblem, joints: Array | None = None) -> float:
+    """Relative error of the curvature, estimated, on the rod's own elements or on those between other `joints`; 0 for a
+    rod that is not bent."""
+    bending, rate = _rough(elements, state, problem)
+    whole = float(np.sum(elements.weights * bending**2))
     if whole <= np.finfo(float).tiny:
         return 0.0
     q = elements.degree
     constant = math.factorial(q) / math.factorial(2 * q) / math.sqrt(2 * q + 1)
-    rate = np.sqrt(np.linalg.norm(stress[..., :3], axis=2) / float(np.min(stiffness[3:5])))
-    part = constant * (np.maximum(rate, math.pi) * np.diff(elements.joints)[:, None]) ** q
-    return math.sqrt(float(np.sum(elements.weights * bending * part**2)) / whole)
+    length = np.diff(elements.joints)[:, None]
+    if joints is not None:
+        length = np.diff(joints)[np.clip(np.searchsorted(joints, elements.points) - 1, 0, len(joints) - 2)]
+    part = np.minimum(constant * (rate * length) ** q, 1.0)
+    return math.sqrt(float(np.sum(elements.weights * (bending * part) ** 2)) / whole)
+
+
+def fitted(elements: Elements, state: State, problem: RodProblem) -> Array:
+    """Joints (E + 1,) of about as many elements, each with the same part of int f^(2/(2q+1)); those at points of a law
+    of the rest shape are kept."""
+    bending, rate = _rough(elements, state, problem)
+    own, q = elements.joints, elements.degree
+    sizes = np.diff(own)
+    share = np.sum(elements.weights * (bending * rate**q) ** (2.0 / (2 * q + 1)), axis=1)
+    whole = float(share.sum())
+    density = (1.0 - EVEN) * (share / whole if whole > 0.0 else sizes) / sizes + EVEN
+    # spread a little: a layer may be thinner than the element that it is seen on
+    density = np.maximum(density, 0.5 * np.maximum(np.append(density[1:], 0.0), np.append(0.0, density[:-1])))
+    reached = np.concatenate([[0.0], np.cumsum(density * sizes)])
+    joints = np.interp(np.linspace(0.0, reached[-1], len(own)), reached, own)
+    joints[0], joints[-1] = 0.0, 1.0
+    return cut(joints, *problem.rest)

@@ -17,16 +17,12 @@ from compare.models.curve_angle.shape import CurveAngleShape
 from compare.models.curve_angle.start import origin_of, rod_of
 from compare.scene.scene import Scene
 from ribbon.rods.equations import Equations
-from ribbon.rods.layers import missed
 from ribbon.rods.result import RodShape
 from ribbon.rods.rod import Rod
 from ribbon.solvers.frontal import Factored
 from ribbonbench.errors import BadInput
 
 FloatArray = NDArray[np.float64]
-
-#: Root of the energy's relative error above which a point is not resolved: edges are of second order.
-RESOLVED = 2e-1
 
 
 @dataclass(frozen=True)
@@ -67,13 +63,14 @@ class RodSystem(Unbounded):
         return self.own.stepped(z, dz)
 
     def moved(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Self, FloatArray, FloatArray]:
-        """With reference frames told anew where an edge has turned far."""
+        """With edges that stand where it is pulled into layers, and reference frames told anew where one has turned
+        far."""
         own, z, directions = self.own.moved(z, t, directions)
         return (self if own is self.own else replace(self, own=own)), z, directions
 
     def resolved(self, z: FloatArray, t: float) -> bool:
         """Whether its edges resolve the layers of a rod that is pulled."""
-        return missed(self.own.shape(z, t, 0.0)) <= RESOLVED
+        return self.own.resolved(z, t)
 
     def finer(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Self, FloatArray, FloatArray]:
         """Every edge cut in two."""

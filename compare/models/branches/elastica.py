@@ -12,7 +12,7 @@ import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from compare.continuation.point import Point
-from compare.continuation.system import Unbounded
+from compare.continuation.system import Unbounded, rate_by_differences
 from compare.models.base import Shape, State
 from compare.models.capabilities import BranchStart
 from compare.models.elastica.shape import ElasticaShape
@@ -30,7 +30,6 @@ ProblemAt = Callable[[float], ElasticaProblem]
 
 #: Eigenvalues that are looked at for negative ones.
 _SEEN = 10
-_STEP = 1e-4
 #: Relative error of the curvature from which elements move, and the part of it that is worth it; above which a point is
 #: not resolved.
 FITTED, WORTH, RESOLVED = 1e-4, 0.5, 1e-2
@@ -136,13 +135,8 @@ class ElasticaEquations(Unbounded):
         return math.hypot(moment / own, misfit * max(1.0 / max(self.slack, _FINEST), self.sharp))
 
     def rate(self, z: FloatArray, t: float) -> FloatArray:
-        """dG/dt by differences, from one side at an end of what is possible."""
-        after, before = self.residual(z, t + _STEP), self.residual(z, t - _STEP)
-        if np.all(np.isfinite(after)) and np.all(np.isfinite(before)):
-            return (after - before) / (2.0 * _STEP)
-        side = _STEP if np.all(np.isfinite(after)) else -_STEP
-        near, far = self.residual(z, t + side), self.residual(z, t + 2.0 * side)
-        return (4.0 * near - 3.0 * self.residual(z, t) - far) / (2.0 * side)
+        """dG/dt by differences."""
+        return rate_by_differences(self.residual, z, t)
 
     def factor(self, z: FloatArray, t: float) -> Factored | None:
         """The tangent, factored."""

@@ -16,7 +16,7 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from compare.continuation.point import Point
-from compare.continuation.system import System, Unbounded
+from compare.continuation.system import System, Unbounded, rate_by_differences
 from compare.models.antman.problem import problem_of
 from compare.models.antman.shape import RodShape
 from compare.models.base import Shape, State, natural_constant
@@ -25,7 +25,7 @@ from compare.scene.scene import Scene
 from ribbonbench.errors import BadInput
 from shellref.rod.elements import Elements
 from shellref.rod.elements import State as Rod
-from shellref.rod.layers import missed
+from shellref.rod.layers import fitted, missed
 from shellref.rod.newton import Balance, Factor
 from shellref.rod.problem import RodProblem
 from shellref.rod.quaternion import PRODUCT
@@ -39,9 +39,9 @@ ProblemAt = Callable[[float], RodProblem]
 _TURN = 0.5 * PRODUCT[:, :, 1:].transpose(1, 0, 2)
 #: Turns of a force on z (T^T) over those of a step (4 T^T).
 _DUAL = np.array([1.0, 1.0, 1.0, 0.25, 0.25, 0.25])
-_STEP = 1e-4
-#: Relative error of the curvature above which a point is not resolved.
-RESOLVED = 1e-1
+#: Relative error of the curvature from which elements move, and the part of it that is worth it; above which a point is
+#: not resolved.
+FITTED, WORTH, RESOLVED = 1e-2, 0.5, 1e-1
 #: Residual, over what rounding leaves, that has norm 1.
 _NOISE = 3e10
 #: Strain by which sigma may miss the stress of u and the tangent is that of u's own stress.
@@ -164,13 +164,8 @@ class RodEquations(Unbounded):
         return size if np.isfinite(size) else np.inf
 
     def rate(self, z: FloatArray, t: float) -> FloatArray:
-        """dG/dt by differences, from one side at an end of what is possible."""
-        after, before = self.residual(z, t + _STEP), self.residual(z, t - _STEP)
-        if np.all(np.isfinite(after)) and np.all(np.isfinite(before)):
-            return (after - before) / (2.0 * _STEP)
-        side = _STEP if np.all(np.isfinite(after)) else -_STEP
-        near, far = self.residual(z, t + side), self.residual(z, t + 2.0 * side)
-        return (4.0 * near - 3.0 * self.residual(z, t) - far) / (2.0 * side)
+        """dG/dt by differences."""
+        return rate_by_differences(self.residual, z, t)
 
     def factor(self, z: FloatArray, t: float) -> Factored | None:
         """The tangent, factored."""
@@ -206,15 +201,32 @@ class RodEquations(Unbounded):
         rod, _ = self.rod(z + dz)
         return self.joined(np.concatenate([rod.r, rod.q], axis=1), self.split(z + dz)[1])
 
+    def moved(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[RodEquations, FloatArray, FloatArray]:
+        """As many elements where the rod is pulled into layers (`shellref.rod.layers`); itself where they resolve
+        them."""
+        rod, problem = self.rod(z)[0], self.problem_at(t)
+        before = missed(self.elements, rod, problem)
+        if not before > FITTED:
+            return self, z, directions
+        joints = fitted(self.elements, rod, problem)
+        if not missed(self.elements, rod, problem, joints) < WORTH * before:
+            return self, z, directions
+        return self._carried(joints, z, t, directions)
+
     def resolved(self, z: FloatArray, t: float) -> bool:
         """Whether its elements resolve the layers of a rod that is pulled."""
         return missed(self.elements, self.rod(z)[0], self.problem_at(t)) <= RESOLVED
 
     def finer(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[RodEquations, FloatArray, FloatArray]:
-        """Elements half as long, on the same curve; stretch and shear of its interpolation begin at zero."""
+        """Elements half as long."""
         old = self.elements.joints
-        halved = np.sort(np.concatenate([old, 0.5 * (old[1:] + old[:-1])]))
-        new = replace(self, elements=Elements(halved, self.elements.degree))
+        return self._carried(np.sort(np.concatenate([old, 0.5 * (old[1:] + old[:-1])])), z, t, directions)
+
+    def _carried(
+        self, joints: FloatArray, z: FloatArray, t: float, directions: FloatArray
+    ) -> tuple[RodEquations, FloatArray, FloatArray]:
+        """The system between these joints, on the same curve; stretch and shear of its interpolation begin at zero."""
+        new = replace(self, elements=Elements(joints, self.elements.degree))
         rod = Rod(*self.elements.at(self.rod(z)[0], new.elements.s))
         stress = new.elements.stress(rod, self.problem_at(t))
         stress[..., :3] = 0.0

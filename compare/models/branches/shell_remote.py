@@ -19,7 +19,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.continuation.system import Unbounded
+from compare.continuation.system import Unbounded, rate_by_differences
 from ribbonbench import system
 from ribbonbench.errors import BadInput, Missing
 from ribbonbench.messages import receive, send
@@ -34,7 +34,6 @@ ProblemAt = Callable[[float], ShellProblem]
 
 SERVER = "shellref.follow.server"
 #: Difference of t for the rate of the residual.
-_STEP = 1e-4
 #: Residual, over what rounding leaves (`shellref.follow.equations.Equations.noise`), that has norm 1.
 _NOISE = 3e10
 #: Bytes that wait in a pipe (Linux; elsewhere the system's own).
@@ -214,13 +213,8 @@ class ShellEquations(Unbounded):
         return size if np.all(np.isfinite(residual)) else np.inf
 
     def rate(self, z: FloatArray, t: float) -> FloatArray:
-        """dG/dt by differences, from one side at an end of what is possible."""
-        after, before = self.residual(z, t + _STEP), self.residual(z, t - _STEP)
-        if np.all(np.isfinite(after)) and np.all(np.isfinite(before)):
-            return (after - before) / (2.0 * _STEP)
-        side = _STEP if np.all(np.isfinite(after)) else -_STEP
-        near, far = self.residual(z, t + side), self.residual(z, t + 2.0 * side)
-        return (4.0 * near - 3.0 * self.residual(z, t) - far) / (2.0 * side)
+        """dG/dt by differences."""
+        return rate_by_differences(self.residual, z, t)
 
     def factor(self, z: FloatArray, t: float) -> Factored | None:
         """The tangent, factored."""

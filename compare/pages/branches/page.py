@@ -183,16 +183,17 @@ def answer(diagram: Diagram) -> Verdict:
 
 def _told(branch: Branch, key: str) -> str:
     """What becomes of a branch's stability."""
-    special = [p for p in branch.special if p.kind != "event"]
     span = f"{key} = {branch.points[0].parameter:.6g} to {branch.points[-1].parameter:.6g}"
-    start = branch.points[0].unstable
-    if not special and any(bool(p.unstable) != bool(start) for p in branch.points):
+    start, first = branch.points[0].unstable, branch.turning
+    if first is None and any(bool(p.unstable) != bool(start) for p in branch.points):
         return f"changes its stability somewhere along {span}: the place was not found"
-    if not special:
+    if first is None and start:
+        first = next((p for p in branch.special if p.kind != "event"), None)
+    if first is None:
         return f"{'stable' if not start else f'unstable ({start} modes)'} all along {span}"
-    first = special[0]
     change = "loses its stability" if not start else f"({start} unstable modes) changes"
-    return f"the scene's own branch {change} at {key} = {_place(first)}, a {WORDS[first.kind]}"
+    what = f"where {first.what}" if first.kind == "event" else f"a {WORDS[first.kind]}"
+    return f"the scene's own branch {change} at {key} = {_place(first)}, {what}"
 
 
 def sentences(diagram: Diagram) -> list[str]:

@@ -98,6 +98,21 @@ class Branch:
         """Folds, branch points and events."""
         return tuple(point for point in self.points if point.kind != "regular")
 
+    @property
+    def turning(self) -> BranchPoint | None:
+        """The first point, an event too, at which it gains or loses its stability; None: it keeps it, or the place was
+        not found."""
+        start = now = self.points[0].unstable
+        for point in self.points:
+            if point.kind in ("fold", "branch_point"):
+                more = max(1, len(point.critical))
+                now = point.unstable if now > point.unstable else now + more
+            else:
+                now = point.unstable
+            if point.kind != "regular" and bool(now) != bool(start):
+                return point
+        return None
+
 
 @dataclass(frozen=True)
 class Diagram:

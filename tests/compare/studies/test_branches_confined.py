@@ -7,6 +7,7 @@ import pytest
 
 from compare.models.branches.confined import ConfinedShape, setting_of
 from compare.scene.scene import load
+from compare.studies.branches.diagram import Branch, BranchPoint
 from compare.studies.branches.run import branch
 from tests.docs_blocks import ROOT
 from tests.validation.ribbon.roman import line_contact
@@ -50,3 +51,27 @@ def test_what_is_no_such_strip_is_followed_as_before(change):
     own = load(SCENE)
     assert setting_of(own).height == pytest.approx(0.185)
     assert setting_of(own.replace(change)) is None
+
+
+def _branch(*points):
+    """A branch of points (kind, unstable modes) or (kind, unstable modes, eigenvalues that are zero there)."""
+    place, line = np.zeros(3), np.zeros((2, 3))
+    made = [
+        BranchPoint(float(k), kind, unstable, 0.0, float(k), place, place, 0.0, float(k), line, critical=(0.0,) * zero)
+        for k, (kind, unstable, zero) in enumerate((*one, 1)[:3] for one in points)
+    ]
+    return Branch("sadowsky", 0, tuple(made), "range")
+
+
+@pytest.mark.parametrize(("points", "place"), [
+    ([("regular", 0), ("event", 0), ("regular", 0), ("event", 1), ("regular", 1), ("branch_point", 1)], 3.0),
+    ([("regular", 0), ("branch_point", 0), ("branch_point", 1), ("regular", 2)], 1.0),
+    ([("regular", 2), ("branch_point", 0, 2), ("regular", 0)], 1.0),
+    ([("regular", 1), ("branch_point", 1), ("fold", 1), ("fold", 0), ("regular", 0)], 3.0),
+    ([("regular", 1), ("branch_point", 1), ("regular", 2)], None),
+    ([("regular", 0), ("event", 0), ("regular", 0)], None),
+])  # fmt: skip
+def test_where_stability_is_lost_or_gained_events_count(points, place):
+    """Behind a flat part that buckles a roof's strip was said to lose its stability at the next branch point."""
+    found = _branch(*points).turning
+    assert (None if found is None else found.parameter) == place

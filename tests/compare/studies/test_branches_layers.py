@@ -6,11 +6,13 @@ import pytest
 
 from compare.battery.cases.branches.ends import _layers
 from compare.battery.cases.branches.scenes import CLAMPS, SHIFT
-from compare.models.branches import curve_angle, rod
+from compare.models.branches import rod
 from compare.pages.branches.page import branch_table
 from compare.scene.scene import loads
 from compare.studies.branches.run import Asked, diagram
 from ribbon.find.branch import equations, layers
+from ribbon.rods import equations as edges
+from ribbon.rods import layers as edge_layers
 
 SCENE = loads(CLAMPS, "taut").replace({"seed.curvature": [-6.0, 0.0, 6.0]})
 THICK = SCENE.replace({"strip.thickness": 1e-4, "strip.poisson": 0.0})
@@ -51,9 +53,27 @@ def test_where_a_ribbons_elements_stay_the_branch_ends_before_it_is_wrong(monkey
     assert last.energy == pytest.approx(_layers(last.parameter)[0], rel=2.0 * equations.RESOLVED**2)
 
 
-@pytest.mark.parametrize(("model", "elements", "home"), [("antman", 20, rod), ("curve_angle", 160, curve_angle)])
-def test_a_rods_branch_ends_before_it_is_wrong(model, elements, home):
+@pytest.mark.parametrize(
+    ("model", "elements", "stretch", "off"), [("antman", 20, 12.0 / 1e-5**2, 2e-4), ("curve_angle", 80, np.inf, 1e-2)]
+)
+def test_a_rods_elements_follow_its_layers(model, elements, stretch, off):
+    """The shearable rod is longer by its force over its stiffness in tension, and stores that."""
+    scene = THICK.replace({"model.energy": model, "model.elements": elements, "strip.thickness": 1e-5})
+    (own,) = diagram(scene, SHIFT, 0.5, 0.599, asked=Asked(branches=1, errors=False)).branches
+    assert own.ended == "range"
+    last = own.points[-1]
+    force = float(np.linalg.norm(last.force))
+    assert force > 1e5
+    apart = np.hypot(0.8, last.parameter) / (1.0 + force / stretch)
+    expected = _layers(np.sqrt(apart**2 - 0.8**2))[0] + 0.5 * force**2 / stretch
+    assert last.energy == pytest.approx(expected, rel=off)
+    assert {p.unstable for p in own.points} == {0}
+
+
+@pytest.mark.parametrize(("model", "elements", "home"), [("antman", 20, rod), ("curve_angle", 160, edges)])
+def test_where_a_rods_elements_stay_the_branch_ends_before_it_is_wrong(model, elements, home, monkeypatch):
     """Without that the curve-angle rod went to the end of the range with a fifth of the energy."""
+    monkeypatch.setattr(home, "FITTED", np.inf)
     _, own = taut(model, elements, 1e-3)
     assert own.ended == "unresolved"
     last = own.points[-1]
@@ -68,11 +88,11 @@ def test_what_is_missed_is_the_root_of_the_energys_error(model, elements, monkey
         own = getattr(home, name)
         monkeypatch.setattr(home, name, lambda *asked: seen.append(own(*asked)) or seen[-1])
 
-    for home in (rod, curve_angle):
+    for home in (rod, layers, edge_layers):
         watched(home, "missed")
+    for home in (rod, equations, edges):
         monkeypatch.setattr(home, "RESOLVED", np.inf)
-    watched(layers, "missed")
-    monkeypatch.setattr(equations, "FITTED", np.inf)
+        monkeypatch.setattr(home, "FITTED", np.inf)
     _, own = taut(model, elements, 1e-2)
     last = own.points[-1]
     off = abs(last.energy / _layers(last.parameter)[0] - 1.0)
