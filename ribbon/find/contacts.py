@@ -191,10 +191,16 @@ def points_beyond(problem: MixedProblem, x: FloatArray, minima: list[tuple[float
             touches |= _on_edge(problem, touch)
             continue
         known = [t.s for t in problem.touching if t.wall == touch.wall and _line(t.side) == _line(touch.side)]
+        i = int(np.clip(np.searchsorted(starts, touch.s, side="right") - 1, 0, problem.lengths.size - 1))
+        if _line(touch.side) == penetration.BETWEEN:  # joints are held at their edges alone
+            if np.abs(np.subtract(known, touch.s)).min(initial=np.inf) > _APART * problem.lengths[i]:
+                inside = _INSIDE * problem.lengths[i]
+                s = float(np.clip(touch.s, starts[i] + inside, starts[i + 1] - inside))
+                touches.add(Touch(touch.wall, s, touch.side))
+            continue
         places = np.union1d(starts, known)
         k = int(np.clip(np.searchsorted(places, touch.s, side="right") - 1, 0, places.size - 2))
         low, high = places[k], places[k + 1]
-        i = int(np.clip(np.searchsorted(starts, touch.s, side="right") - 1, 0, problem.lengths.size - 1))
         if min(touch.s - low, high - touch.s) <= _APART * problem.lengths[i]:
             continue
         wall = problem.walls[touch.wall]

@@ -35,7 +35,9 @@ class Declares(Protocol):
 def walls_of(state: State) -> list[dict[str, Any]]:
     """The walls that a state touches, with the errors of the ends of their `lines` (l) and of pressures (D / l^3), None
     with the reason where one is not known."""
-    walls = list(state.supports.walls) if state.is_equilibrium else []
+    if not state.is_equilibrium:  # finer elements may have found one, so that it has errors without forces
+        return []
+    walls = list(state.supports.walls)
     known = state.errors.get("lines") or [None] * len(walls)
     unlike = "on finer elements it touches in more or fewer lines" if state.errors else "not asked for"
     found = []

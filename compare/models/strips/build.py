@@ -67,6 +67,7 @@ def _member(name: str, scene: Scene, stiffness: float) -> Member:
         scene.seed.curvature,
         scene.seed.ruling,
         name,
+        None if scene.tip is None else tuple(map(float, scene.tip_force)),
     )  # fmt: skip
 
 

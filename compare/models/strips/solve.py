@@ -23,7 +23,7 @@ from ribbonbench.errors import BadInput
 FloatArray = NDArray[np.float64]
 
 #: What ribbon.find.strips refuses -> where the scene says it.
-_KEYS = {"walls": "wall", "joint": "joint", "strips": "strip", "start": "contact.distance"}
+_KEYS = {"walls": "wall", "joint": "joint", "strips": "strip", "start": "contact.distance", "tip": "strip.tip"}
 #: Words of a status that has a shape and forces.
 _STATIONARY = ("converged", "saddle")
 
@@ -131,6 +131,9 @@ def _balance(scene: StripsScene, found: Any, k: int) -> float:
         if support is not None and scene.clamped((k, end)):
             at = over * strip.position([place])[0]
             wrenches.append(Wrench(at, unit / over * support.force, unit * support.moment))
+    pull = strip.problem.tip
+    if pull is not None:
+        wrenches.append(Wrench(over * strip.position([1.0])[0], unit / over * np.asarray(pull), np.zeros(3)))
     for joint in found.joints:
         for joined, sign in ((joint.other, 1.0), (joint.one, -1.0)):
             if joined.strip == k:

@@ -127,7 +127,7 @@ def result(state: StripsState) -> dict[str, Any]:
     energy, units = native.energy, scene.first.units
     energies = {
         "bending": energy.bending, "natural": energy.natural, "elastic": energy.elastic, "gravity": energy.gravity,
-        "total": energy.total,
+        **({"tip": energy.tip} if _is_loaded(state) else {}), "total": energy.total,
     }  # fmt: skip
     whys = {} if native.error is not None else {"discretisation_error_why": "elements half as long found no such state"}
     return {
@@ -160,6 +160,10 @@ def result(state: StripsState) -> dict[str, Any]:
         "seconds": state.seconds,
         "provenance": provenance(scene),
     }  # fmt: skip
+
+
+def _is_loaded(state: StripsState) -> bool:
+    return any(part.tip is not None for part in state.native.problem.parts)
 
 
 def walls(state: StripsState) -> list[dict[str, Any]]:
@@ -206,6 +210,8 @@ def _strip(state: StripsState, k: int) -> dict[str, Any]:
         "max_abs_eta": strip.max_abs_eta, "max_abs_eta_prime_w_half": strip.max_abs_eta_prime_w_half,
         "unbalanced": state.balance[k],
     }  # fmt: skip
+    if strip.problem.tip is not None:
+        found["tip_force"] = unit / over * np.asarray(strip.problem.tip)
     forces, moments = {}, {}
     for place, support in (("start", strip.start), ("end", strip.end_support)):
         if support is not None and state.scene.clamped((k, 0 if place == "start" else -1)):

@@ -21,6 +21,7 @@ def check_together(scene: StripsScene) -> None:
     groups = _joined(scene)
     for number, joint in enumerate(scene.joints):
         _check_kind(scene, number, joint)
+    _check_loads(scene)
     _check_held(scene)
     _check_distances(scene, groups)
 
@@ -69,6 +70,16 @@ def _check_kind(scene: StripsScene, number: int, joint: Joined) -> None:
             )  # fmt: skip
 
 
+def _check_loads(scene: StripsScene) -> None:
+    """What is loaded at its end can move there: a joint, or nothing, is at it."""
+    for name, strip in zip(scene.names, scene.strips, strict=True):
+        if strip.tip is not None and strip.clamp_end is not None and strip.clamp_end.position is not None:
+            raise BadInput(
+                f"strip.{name}.tip", None, "loads a point that its clamp.end holds",
+                f"remove [strip.{name}.tip], or the position of [strip.{name}.clamp.end]",
+            )  # fmt: skip
+
+
 def _check_held(scene: StripsScene) -> None:
     """Whatever hangs together is held by a clamp, or everything hangs together, weightless, and touches nothing."""
     groups = [{k} for k in range(len(scene.strips))]
@@ -87,6 +98,8 @@ def _check_held(scene: StripsScene) -> None:
             why = "is held by clamps that leave a part free"
         elif any(scene.strips[k].gamma for k in group):
             why = "is held by no clamp and falls"
+        elif any(scene.strips[k].tip_force.any() for k in group):
+            why = "is held by no clamp, and its load pulls it away for ever"
         elif len(groups) > 1 or scene.distance is not None:
             why = "is held by no clamp, and where it is beside the others is not said"
         if why:

@@ -1,7 +1,7 @@
 """The [[path]] of a scene of several strips: its stages in order, then the scene itself, and what is between.
 
-A stage changes clamps, walls, obstacles and the direction of the weight, on top of the stages before it. Between two
-of them numbers vary linearly, frames by the shortest rotation, directions along their great circle
+A stage changes clamps, loads at ends, walls, obstacles and the direction of the weight, on top of the stages before
+it. Between two of them numbers vary linearly, frames by the shortest rotation, directions along their great circle
 (`compare.scene.homotopy`).
 """
 
@@ -20,7 +20,7 @@ from compare.scene.strips.write import assign
 from ribbonbench.errors import BadInput
 
 #: Where stages may change something: sections of all, and of a strip's own.
-_SHARED, _OWN = ("wall", "obstacle", "gravity"), "clamp"
+_SHARED, _OWN = ("wall", "obstacle", "gravity"), ("clamp", "tip")
 
 Build = Callable[[Mapping[str, Any]], StripsScene]
 
@@ -79,11 +79,12 @@ def _flattened(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str,
 
 def _check_key(key: str, number: int) -> None:
     words = key.split(".")
-    if words[0] in _SHARED or (words[0] == "strip" and len(words) == 5 and words[2] == _OWN):
+    if words[0] in _SHARED or (words[0] == "strip" and len(words) > 3 and words[2] in _OWN):
         return
     raise BadInput(
         stage_name(number, key), None, "cannot change along a path of several strips",
-        "give keys of clamps (strip.NAME.clamp.end.position), walls, obstacles or gravity",
+        "give keys of clamps (strip.NAME.clamp.end.position), loads (strip.NAME.tip.force), walls, obstacles or "
+        "gravity",
     )  # fmt: skip
 
 
@@ -94,7 +95,7 @@ def way(first: StripsScene, last: StripsScene, build: Build) -> Callable[[float]
         own, switched = moves_between(one, other)
         if switched:
             section = switched[0].partition(".")[0]
-            key = f"strip.{name}.{switched[0]}" if section == _OWN else switched[0]
+            key = f"strip.{name}.{switched[0]}" if section in _OWN else switched[0]
             raise BadInput(
                 "path", key, "cannot vary from stage to stage step by step", "change numbers and directions alone"
             )
@@ -106,8 +107,8 @@ def way(first: StripsScene, last: StripsScene, build: Build) -> Callable[[float]
         document = copy.deepcopy({name: value for name, value in last.document.items() if name != "path"})
         for name, move in moves:
             for key, value in move(t).items():
-                clamp = key.startswith(f"{_OWN}.")
-                assign(document, f"strip.{name}.{key}" if clamp else key, np.asarray(value).tolist())
+                own = key.partition(".")[0] in _OWN
+                assign(document, f"strip.{name}.{key}" if own else key, np.asarray(value).tolist())
         try:
             return build(document)
         except BadInput as error:

@@ -27,6 +27,14 @@ from ribbonbench.errors import BadInput
 SHARED = ("gravity", "wall", "obstacle")
 #: Keys of [strip] that say its stiffness.
 _STIFFNESS = ("young", "thickness", "poisson")
+#: Keys of one strip that several refuse: why, and what to do.
+_WHY_NOT = {
+    "tip.moment": (
+        "has no energy where its direction is fixed in space, and states of several strips are minima of one",
+        "load both ends of a strip that is joined across with opposite tip.force",
+    ),
+    "tip.tension": ("has no direction of its own among several strips", "give tip.force"),
+}
 
 
 def loads(text: str, source: str = "<text>", assignments: Mapping[str, Any] | None = None) -> StripsScene:
@@ -173,7 +181,10 @@ def _check_own(entry: Mapping[str, Any]) -> None:
             dotted = f"{section}.{end}".rstrip(".")
             for key in data if isinstance(data, Mapping) else ():
                 if f"strip.{dotted}.{key}" not in KEYS and f"{dotted}.{key}" in contract.KEYS:
-                    raise BadInput(f"{dotted}.{key}", None, "is not known to one of several strips", "leave it out")
+                    why, remedy = _WHY_NOT.get(
+                        f"{dotted}.{key}", ("is not known to one of several strips", "leave it out")
+                    )
+                    raise BadInput(f"{dotted}.{key}", None, why, remedy)
 
 
 def _joint(entry: Mapping[str, Any], number: int, names: tuple[str, ...]) -> Joined:

@@ -9,7 +9,7 @@ from compare.scene import keys as contract
 from compare.scene.declare import LENGTH, Key, Kind, collected, key, keys_of
 
 #: Sections of a strip's own, inside its [[strip]].
-OWN = ("clamp", "seed")
+OWN = ("clamp", "seed", "tip")
 #: Keys of [strip] that a strip among others cannot have: what its model does not know.
 _NOT = ("second_moment", "transverse_curvature")
 #: Keys of [model] and of [gravity] that are known.
@@ -17,6 +17,8 @@ _MODEL = ("energy", "stiffness", "in_plane", "elements", "budget", "solver")
 #: Keys of [[wall]] and [[obstacle]] that are not: plates on springs, and friction.
 _NOT_OF_WALLS = ("stiffness", "friction")
 _CLAMP = ("position", "frame", "tangent", "normal", "ruling")
+#: Keys of [tip] that are: a tension has no direction of its own here, a moment of fixed direction no energy.
+_TIP = ("mass", "load", "force")
 
 
 # fmt: off
@@ -89,6 +91,7 @@ KEYS: Mapping[str, Key] = collected(
             if name.rpartition(".")[2] in _CLAMP
         },
         {f"strip.{name}": one for name, one in _of("seed").items()},
+        {f"strip.{name}": one for name, one in _of("tip").items() if name.rpartition(".")[2] in _TIP},
         keys_of(JointSpec, "joint"),
         _of("gravity"),
         _without(_of("wall"), _NOT_OF_WALLS),

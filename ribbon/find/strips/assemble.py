@@ -13,7 +13,7 @@ from ribbon.boundary import Clamp
 from ribbon.contact import Barrier
 from ribbon.energies import chosen
 from ribbon.errors import RibbonInputError
-from ribbon.loads import Gravity
+from ribbon.loads import Gravity, tip_force
 from ribbon.problems.strips.joint import End, Joint
 from ribbon.problems.strips.problem import Part, StripsProblem
 from ribbon.strip import Strip
@@ -31,8 +31,8 @@ class Member:
     strip: with lengths in the unit that all of them share; start, end: clamps, None: no clamp; stiffness: D in a unit
     that all of them share; segments: how many equal ones, or their lengths over the strip's; curvature, ruling: omega
     (in 1/length) and eta to begin with, values at equal distances; None: the shape at rest, and where that says nothing
-    one that is chosen; name: for messages; straight: whether the rulings at start and end are held square to the strip
-    where a joint holds them (None: as the kind of the joint says).
+    one that is chosen; name: for messages; tip: a dead force (3,) at s = length in the strip's own D w / length^2, its
+    direction fixed in space, at a joint too; None: none.
     """
 
     strip: Strip
@@ -43,6 +43,7 @@ class Member:
     curvature: tuple[float, ...] | None = None
     ruling: tuple[float, ...] = (0.0,)
     name: str = ""
+    tip: tuple[float, float, float] | None = None
 
     @property
     def lengths(self) -> FloatArray:
@@ -79,7 +80,9 @@ def assembled(
     _check_joints(members, joints)
     loose = _loose(members, joints)
     weighty = gravity is not None and any(member.strip.gamma > 0 for member in members)
-    if loose and (len(loose) > 1 or _components(members, joints) > 1 or weighty or apart or walls):
+    loads = [_load(member) for member in members]
+    pulled = any(load is not None for load in loads)
+    if loose and (len(loose) > 1 or _components(members, joints) > 1 or weighty or pulled or apart or walls):
         name = members[loose[0][0]].name or str(loose[0][0])
         raise RibbonInputError("strips", name, "is held by no clamp; clamp an end of it, or of what it is joined to")
     ruled = list(rulings or [None] * len(joints))
@@ -99,6 +102,7 @@ def assembled(
                 gravity=gravity,
                 energy=energy,
                 lengths=member.lengths,
+                tip=loads[k],
                 **choices,  # type: ignore[arg-type]
             )
         )
@@ -111,6 +115,16 @@ def assembled(
         tuple(joints),
         apart / first.strip.length,
     )
+
+
+def _load(member: Member) -> tuple[float, float, float] | None:
+    """The force at its end; `RibbonInputError` where a clamp holds that."""
+    load = tip_force(member.tip)
+    if load is not None and member.end is not None and member.end.position is not None:
+        raise RibbonInputError(
+            "tip", load, "loads a point that a clamp holds; remove the force, or the clamp's position"
+        )
+    return load
 
 
 def _by_joint(end: End, joints: Sequence[Joint], rulings: Sequence[str | None]) -> Clamp:

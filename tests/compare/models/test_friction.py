@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from compare.measure.friction import missed
 from compare.models import model
-from compare.models.base import Options, check_keys
+from compare.models.base import Options, Status, check_keys
 from compare.models.quantities import walls_of
 from compare.models.ribbon import stages
 from compare.scene.scene import Scene, loads
@@ -54,6 +55,8 @@ def test_a_path_with_friction_is_solved_and_judged() -> None:
     state = model("ribbon").solve(scene, options=Options(error=True))
     assert state.ok
     (wall,) = walls_of(state)
+    assert state.errors["lines"]
+    assert walls_of(replace(state, status=Status.NOT_CONVERGED)) == []  # errors of finer elements, and no forces
     assert np.linalg.norm(wall["friction"]) == pytest.approx(0.3 * np.linalg.norm(wall["force"]), rel=1e-6)
     assert wall["friction"][2] < 0.0
     assert {rub["state"] for rub in wall["rubs"]} == {"slips"}

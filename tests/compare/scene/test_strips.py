@@ -77,6 +77,14 @@ def fault(given):
         (("strip", 1, "clamp"), {"end": {**CLAMP, "position": [0.0, 0.0, 2.5]}}, "strip.right.clamp.end.position",
          "2 long"),
         (("strip", 1, "seed"), {"curvature": "round"}, "strip.right.seed.curvature", ""),
+        (("strip", 1, "tip"), {"moment": [0.0, 1.0, 0.0]}, "strip.right.tip.moment", "no energy"),
+        (("strip", 1, "tip"), {"tension": 1.0}, "strip.right.tip.tension", "no direction"),
+        (("strip", 1, "tip"), {}, "strip.right.tip.force", "missing"),
+        (("strip", 1, "tip"), {"load": 1.0}, "gravity.up", "[tip] hangs"),
+        (("strip",), [{"name": "one", **STRIP, "clamp": {"end": dict(CLAMP)}, "tip": {"force": [0.0, 0.0, 1.0]}}],
+         "strip.one.tip", "holds"),
+        (("strip",), [{"name": "one", **STRIP, "tip": {"force": [0.0, 0.0, 1.0]}}], "strip.one.clamp", "pulls it away"),
+        (("tip",), {"force": [0.0, 1.0, 0.0]}, "tip", "behind its [[strip]]"),
         (("joint",), [], "strip.right.clamp", "held by no clamp"),
         (("strip",), [], "strip", "array of tables"),
         (("closure",), {"kind": "circle"}, "closure", "several strips"),
@@ -114,6 +122,8 @@ def test_every_fault_names_its_key_and_a_remedy(path, value, key, said):
     if path == ("strip", 0, "clamp"):
         given["gravity"] = {"up": [0.0, 0.0, 1.0]}
         given["strip"] = [{**strip, "gamma": 1.0} for strip in given["strip"]]
+    if path == ("strip",) and value:
+        given["joint"] = []
     found = fault(given)
     assert found.key == key
     assert said in str(found)

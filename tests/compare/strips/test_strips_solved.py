@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import tomllib
 
 import numpy as np
 import pytest
@@ -280,6 +281,31 @@ steps = 3
     assert not any(one.jumps for one in state.went)
     assert state.native.energy.total == pytest.approx(straight.native.energy.total, rel=1e-7)
     assert state.native.strips[1].walls[0].force == pytest.approx(straight.native.strips[1].walls[0].force, abs=1e-5)
+
+
+def test_loads_of_a_scene_are_in_its_units_and_come_up_along_its_path(tmp_path):
+    """A weight of 2 g and a force in N at two ends: the clamp carries both and what the strips weigh, in N."""
+    hung = {name: value for name, value in tomllib.loads(TABLE).items() if name != "wall"}
+    hung["strip"][0]["tip"] = {"force": [0.0, 1e-3, 2e-3]}
+    hung["strip"][1]["tip"] = {"mass": 2e-3}
+    hung |= {"path": [{"strip.a.tip.force": [0.0, 0.0, 0.0]}], "model": {"energy": "kirchhoff", "elements": 6}}
+    scene = build(hung)
+    assert scene.stages[0].strips[0].tip_force == pytest.approx([0.0, 0.0, 0.0])
+    state = solved(scene, error=False)
+    assert state.ok
+    assert max(state.balance) < BALANCED
+    newton = scene.stiffness[0] * scene.first.strip.width / scene.first.strip.length**2
+    sizes = [strip.strip.length * strip.strip.width * strip.strip.thickness for strip in scene.strips]
+    weight = 9.81 * (2e-3 + 1400.0 * sum(sizes))
+    force = newton * state.native.strips[0].start.force
+    assert force == pytest.approx([0.0, -1e-3, weight - 2e-3], rel=1e-6, abs=1e-10)
+    write(tmp_path, state, "again")
+    found = json.loads((tmp_path / "result.json").read_text())
+    mass = newton * np.array(found["strips"]["b"]["tip_force"])
+    assert mass == pytest.approx([0.0, 0.0, -9.81 * 2e-3], rel=1e-9, abs=1e-12)
+    assert found["energy"]["tip"] + found["energy"]["elastic"] + found["energy"]["gravity"] == pytest.approx(
+        found["energy"]["total"], rel=1e-9
+    )
 
 
 def test_stages_that_cannot_vary_step_by_step_are_refused():

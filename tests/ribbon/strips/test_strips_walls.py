@@ -64,6 +64,25 @@ def test_a_wall_out_of_reach_changes_nothing():
     assert max(float(np.abs(strip.walls[0].force).max()) for strip in here.strips) < 1e-8
 
 
+def test_a_strip_comes_to_lie_along_a_bar_between_its_edges():
+    """Up to its free end, where the ruling is nearest to the bar between its ends: alone, and cut and joined."""
+    level, up = Clamp((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), Gravity((0.0, 0.0, 1.0))
+    bar = Obstacle("cylinder", (0.0, 0.0, -0.06), 0.04, (1.0, 0.0, 0.0))
+    section = {"width": 0.06, "poisson": 0.4, "thickness": 1e-3}
+    strip = Strip(1.0, gamma=18.0, **section)
+    one = solve(strip, level, up, energy="kirchhoff", segments=10, formulation="mixed", walls=[bar])
+    members = [Member(Strip(0.5, gamma=18.0 / 8.0, **section), clamp, segments=5) for clamp in (level, None)]
+    cut_one = strips.solve(members, chain(2), up, "kirchhoff", walls=[bar])
+    for found, force in ((one, one.walls[0].force), (cut_one, 4.0 * sum(s.walls[0].force for s in cut_one.strips))):
+        assert found.ok
+        assert found.penetration <= 1e-6
+        assert force[2] == pytest.approx(11.607, abs=2e-3)
+        assert force[:2] == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert one.walls[0].contacts.max() == pytest.approx(1.0, abs=1e-6)
+    assert one.end.position[2] == pytest.approx(-0.02, abs=1e-6)
+    assert np.abs(places(cut_one, 2) - np.vstack([one.position((k + S) / 2) for k in range(2)])).max() < 1e-5
+
+
 def test_a_strip_hung_on_another_lies_on_a_table():
     """The second one, joined by a hinge, comes to rest on the table along a line: joint and table carry its weight."""
     table = Wall((0.0, 0.0, -0.5), (0.0, 0.0, 1.0))
