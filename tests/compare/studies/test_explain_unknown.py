@@ -19,6 +19,7 @@ from compare.studies.effects import explain
 from compare.studies.priced.effects import PricedEffect, PricedEffects
 
 #: A steel strip between two clamps, whose rulings are at their bound: first order of a stiffer section says nothing.
+#: The energy is said: which one is chosen is another's affair (test_auto), and takes ten times as long here.
 OWN = """
 title = "Own"
 [strip]
@@ -38,6 +39,8 @@ normal = [0.0, 0.0, 1.0]
 position = [0.3, 0.05, 0.02]
 tangent = [1.0, 0.0, 0.0]
 normal = [0.0, -1.0, 0.0]
+[model]
+energy = "wunderlich"
 """
 
 
@@ -49,10 +52,8 @@ def test_what_is_not_known_is_said_first(tmp_path, capsys, monkeypatch):
     first = " ".join(capsys.readouterr().out.partition("what each effect is worth")[0].split())
     result = json.loads((tmp_path / "o" / "result.json").read_text())
     rows, checks = result["prices"], {check["name"]: check["grade"] for check in result["answer"]["checks"]}
-    # the lower one of its two states turns more sharply: as fine elements as were asked for are fair there
     assert checks.pop("effects") == UNKNOWN
-    assert {name for name, grade in checks.items() if grade != GOOD} <= {"elements", "forces"}
-    assert UNKNOWN not in checks.values()
+    assert set(checks.values()) == {GOOD}
     assert result["answer"]["grade"] == UNKNOWN
     unknown = {
         row["effect"] for row in rows if not row["on"] and row["moves"] is None and row["energy_share"] is not None
