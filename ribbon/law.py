@@ -40,7 +40,7 @@ def points(law: Law, end: float = 1.0) -> tuple[FloatArray, FloatArray]:
 
 def values(law: Law) -> tuple[float, ...]:
     """K at the points of a law."""
-    return tuple(points(law)[1].tolist())
+    return tuple(k for _, k in law) if is_table(law) else law  # type: ignore[misc, return-value, union-attr]
 
 
 def at(law: Law, s: FloatArray) -> FloatArray:
@@ -58,7 +58,9 @@ def pieces(law: Law, lengths: FloatArray) -> FloatArray:
     if not is_table(law):
         start, end = law
         slope = end - start  # type: ignore[operator]
-        return np.column_stack([start + slope * starts, np.full(lengths.size, slope)])
+        found = np.empty((lengths.size, 2))
+        found[:, 0], found[:, 1] = start + slope * starts, slope
+        return found
     s, k = points(law)
     i = np.clip(np.searchsorted(s, starts + 0.5 * lengths) - 1, 0, s.size - 2)
     inside = (s[i + 1] < starts + lengths - SAME) | (s[i] > starts + SAME)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import SupportsFloat
 
 import numpy as np
@@ -228,17 +229,17 @@ class Strip:
         thickness = math.nan if self.thickness is None else float(self.thickness) / self.length
         return 0.5 * self.relative_width, thickness, float(self.poisson)
 
-    @property
+    @cached_property
     def curvature(self) -> Law:
         """Natural curvature times l: at both ends where it is linear between them, else ((s / l, K l), ...)."""
         return law.scaled(self.natural_curvature, self.length)  # type: ignore[arg-type]
 
-    @property
+    @cached_property
     def twist(self) -> Law:
         """Natural twist times l, as `curvature`."""
         return law.scaled(self.natural_twist, self.length)  # type: ignore[arg-type]
 
-    @property
+    @cached_property
     def geodesic(self) -> Law:
         """Natural curvature kappa_2 in the plane times l, as `curvature`; > 0 turns t_z towards t_x."""
         return law.scaled(self.natural_geodesic_curvature, self.length)  # type: ignore[arg-type]

@@ -137,7 +137,8 @@ def inside(value: Any, path: str) -> Any:
     for name in path.split("."):
         if value is None or value is ABSENT:
             return value
-        value = value.get(name, ABSENT) if isinstance(value, Mapping) else value["xyz".index(name)]
+        inner = type(value) is dict or isinstance(value, Mapping)  # most are
+        value = value.get(name, ABSENT) if inner else value["xyz".index(name)]
     return value
 
 

@@ -11,6 +11,7 @@ from compare.record.column import Column
 from compare.record.quantity import ABSENT, Item, Quantity
 from compare.scene.units import Units, base_of
 
+_NUMPY = (np.ndarray, np.generic)
 #: Numbers that a vector has at most.
 _VECTOR = 3
 
@@ -85,7 +86,7 @@ def row_of(quantities: Iterable[Quantity[Item]], item: Item) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+    return value.tolist() if isinstance(value, _NUMPY) else value
 
 
 def cells(found: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:

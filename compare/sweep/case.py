@@ -6,6 +6,7 @@ This runs in a worker process; nothing that a case does ends the sweep: every en
 from __future__ import annotations
 
 import errno
+import functools
 import time
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ from ribbonbench.errors import BadInput, Missing, RibbonbenchError
 
 if TYPE_CHECKING:
     from compare.models.base import State
+    from compare.models.capabilities import Batches
 
 Record = dict[str, Any]
 
@@ -57,12 +59,19 @@ def slice_key(task: Task) -> Hashable | None:
     Together go cases of a model that takes them so (`Batches`) and of which nothing is asked but
     the state.
     """
-    from compare.models.capabilities import Batches
-
     if task.solver == COMPARE or task.errors or task.leave_saddle:
         return None
-    requested = model(task.solver)
-    return requested.together(task.scene) if isinstance(requested, Batches) else None
+    batches = _batches(task.solver)
+    return None if batches is None else batches.together(task.scene)
+
+
+@functools.cache
+def _batches(solver: str) -> Batches | None:
+    """The model of this name, where it takes cases together."""
+    from compare.models.capabilities import Batches
+
+    requested = model(solver)
+    return requested if isinstance(requested, Batches) else None
 
 
 def run_cases(tasks: Sequence[Task]) -> list[Record]:

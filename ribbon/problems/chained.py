@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ribbon import law, surface
+from ribbon import law
 from ribbon.boundary import Clamp
 from ribbon.contact import Barrier
 from ribbon.element.series import EXPONENT_LIMIT, FURTHEST
@@ -58,13 +58,6 @@ def too_far(q: FloatArray, lengths: FloatArray, free: bool = False) -> bool:
         return not bool((whole * lengths).sum() <= FURTHEST)
     slant = 1.0 + np.abs(q[:, 3]) + np.abs(q[:, 2]) * lengths
     return not bool((bend * slant * lengths).sum() <= FURTHEST)
-
-
-@cache
-def _gauss_points() -> tuple[Any, Any]:
-    """Eight points and weights on [-1, 1]."""
-    nodes, weights = np.polynomial.legendre.leggauss(8)
-    return nodes, weights
 
 
 @dataclass(frozen=True)
@@ -120,12 +113,12 @@ class ChainedProblem:
             limit=self.exponent_limit,
         )
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of unknowns, 2 p + 2, or 3 p + 3 with an in-plane curvature."""
         return self.layout.size
 
-    @property
+    @cached_property
     def layout(self) -> ChainedLayout:
         """Where the unknowns stand."""
         return ChainedLayout(self.lengths.size, self.fields.count)
@@ -205,6 +198,11 @@ class ChainedProblem:
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds (2 p + 2,) of the unknowns."""
+        lower, upper = self._bounds
+        return lower.copy(), upper.copy()
+
+    @cached_property
+    def _bounds(self) -> tuple[FloatArray, FloatArray]:
         upper = np.full(self.size, np.inf)
         layout = self.layout
         if not self.fields.free:
@@ -336,14 +334,17 @@ class ChainedProblem:
 
     def joints(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Positions (p + 1, 3) in units of l and frames (p + 1, 3, 3) at the joints."""
+        return self._walked(x, np.asarray(self.clamp.position) / self.strip.length)[:2]
+
+    def _walked(self, x: FloatArray, position: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Positions and frames at the joints of a strip that begins at `position` (3,), and int r ds (3,)."""
         p = self.lengths.size
-        points, frames = np.empty((p + 1, 3)), np.empty((p + 1, 3, 3))
-        position = np.asarray(self.clamp.position) / self.strip.length
-        free = self.fields.free
+        points, frames, moment = np.empty((p + 1, 3)), np.empty((p + 1, 3, 3)), np.empty(3)
         kernels.walk(
-            free, self.parameters(x), self.lengths, position, self.clamp.frame, self.exponent_limit, points, frames
-        )
-        return points, frames
+            self.fields.free, self.parameters(x), self.lengths, position, self.clamp.frame, self.exponent_limit,
+            points, frames, moment,
+        )  # fmt: skip
+        return points, frames, moment
 
     def parameter_map(self) -> tuple[IntArray, FloatArray]:
         """All columns (p, n) and slopes (p, 4 or 6, n) of the segments' parameters by the n unknowns."""
@@ -367,16 +368,8 @@ class ChainedProblem:
         return Force(force, moment)
 
     def _first_moment(self, x: FloatArray) -> FloatArray:
-        """int (r - r(0)) ds (3,), with eight points a segment."""
-        nodes, weights = _gauss_points()
-        starts = np.concatenate([[0.0], np.cumsum(self.lengths)])
-        s = (starts[:-1, None] + self.lengths[:, None] * 0.5 * (nodes + 1.0)).ravel()
-        w = (self.lengths[:, None] * 0.5 * weights).ravel()
-        points, frames = self.joints(x)
-        centre = surface.centreline(
-            self.parameters(x), self.lengths, points, frames, s, self.exponent_limit, free=self.fields.free
-        )[0]
-        return np.asarray(w @ (centre - points[0]))
+        """int (r - r(0)) ds (3,)."""
+        return self._walked(x, np.zeros(3))[2]
 
     def end_force(self, x: FloatArray, rows: FloatArray) -> Force | None:
         """None: free."""

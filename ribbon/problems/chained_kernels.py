@@ -290,16 +290,19 @@ def assemble_hessian(lengths, local, coupled, u, v, hessian):
 
 
 @njit(cache=True)
-def walk(free, q, lengths, position, frame, limit, points, frames):
-    """Positions (p + 1, 3) and frames (p + 1, 3, 3) of the joints, from the clamp."""
+def walk(free, q, lengths, position, frame, limit, points, frames, moment):
+    """Positions (p + 1, 3) and frames (p + 1, 3, 3) of the joints, from the clamp, and int r ds (3,)."""
     f = np.empty((3, 3))
     p = np.empty(3)
     j = np.empty(3)
     points[0] = position
     frames[0] = frame
+    moment[:] = 0.0
     for i in range(lengths.size):
         segment_values(free, q[i], lengths[i], limit, f, p, j)
         for r in range(3):
+            moment[r] += lengths[i] * points[i, r]
+            moment[r] += frames[i, r, 0] * j[0] + frames[i, r, 1] * j[1] + frames[i, r, 2] * j[2]
             points[i + 1, r] = points[i, r] + frames[i, r, 0] * p[0] + frames[i, r, 1] * p[1] + frames[i, r, 2] * p[2]
             for c in range(3):
                 frames[i + 1, r, c] = frames[i, r, 0] * f[0, c] + frames[i, r, 1] * f[1, c] + frames[i, r, 2] * f[2, c]

@@ -145,7 +145,7 @@ def energy(x, q, lengths, material, loads, parts):
     if loads.pulled:
         points = np.empty((lengths.size + 1, 3))
         frames = np.empty((lengths.size + 1, 3, 3))
-        kernels.walk(free, q, lengths, np.zeros(3), loads.frame, loads.limit, points, frames)
+        kernels.walk(free, q, lengths, np.zeros(3), loads.frame, loads.limit, points, frames, np.empty(3))
         for r in range(3):
             total -= loads.force[r] * points[lengths.size, r]
     return total

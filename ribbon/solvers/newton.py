@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -31,11 +32,15 @@ _descend: Any = chained_newton.descend
 
 def reach(problem: ChainedProblem) -> float:
     """1 where the energy is finite on the bound |eta'| = 2 l / w, else a share of the way there."""
-    if problem.fields.free:
-        return 1.0
+    return 1.0 if problem.fields.free else _reach(problem.fields.code, problem.fields.section)
+
+
+@lru_cache(maxsize=64)
+def _reach(code: int, section: tuple[float, ...]) -> float:
+    """That of an energy with rulings and its arguments."""
     out = np.empty(1)
     one, none = np.ones(1), np.zeros(1)
-    dispatch.values(problem.fields.code, one, none, one, problem.fields.section, out)
+    dispatch.values(code, one, none, one, section, out)
     return 1.0 if np.isfinite(out[0]) and out[0] < 1e6 else _REACH
 
 
