@@ -80,15 +80,17 @@ class SecondVariation:
         """Number of eigenvalues below `shift` (D w / l)."""
         return self._factor(shift)[1]
 
-    def lowest(self) -> tuple[float, FloatArray]:
-        """The lowest eigenvalue (D w / l), and its mode (n,), of length 1 in the metric.
+    def lowest(self, near: float | None = None) -> tuple[float, FloatArray]:
+        """The lowest eigenvalue (D w / l), and its mode (n,), of length 1 in the metric; near: what it may be near to,
+        that of a state beside, below which a shift is tried first: with nothing below that it is lowest.
 
         It is inf where nothing can move, nan where no shift has nothing below it, or what the iteration finds is not
         what the inertia counts."""
-        shift, shifts = _SHIFTS[0], iter(_SHIFTS[1:])
+        shifts = iter(_SHIFTS if near is None or not near > 0.0 else ((1.0 - 0.5 * _NEAR) * near, *_SHIFTS))
+        shift = next(shifts)
         factor, count = self._factor(shift)
         while count > 0 and abs(shift) < _MOST:
-            shift = next(shifts, _FURTHER * shift)
+            shift = next(shifts, -_FURTHER * abs(shift))
             factor, count = self._factor(shift)
         mode = np.zeros(self._held.free.size)
         if count != 0:
@@ -97,7 +99,8 @@ class SecondVariation:
         if inverse == 0.0:
             return np.inf, mode
         value = shift + 1.0 / inverse
-        if self.below(value - _NEAR * abs(value)) > 0:  # of a wide spectrum Lanczos's iteration may end above others
+        under = value - _NEAR * abs(value)
+        if shift < under and self.below(under) > 0:  # of a wide spectrum Lanczos's iteration may end above others
             low = self._beneath(shift, value)
             factor, _ = self._factor(low)
             inverse, found = self._lanczos(lambda v: self._upper(factor, self._weights @ v), _STEPS)

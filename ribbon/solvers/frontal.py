@@ -44,6 +44,7 @@ class Pattern:
         self.taken = kept[order]
         self.one, self.other = one[self.taken], other[self.taken]
         self._room, self._capacity = 64, 20 * n + 64
+        self._spare: list[kernels.Pivots] = []
 
     @property
     def size(self) -> int:
@@ -67,23 +68,34 @@ class Pattern:
             diagonal = self._diagonals()[soft]
             scaled[diagonal] -= SOFT
         matrix = kernels.Entries(self.group, self.entries, one, other, scaled, self.touched, self.touches)
-        pivot = np.empty((n, 2), dtype=np.int64)
-        inverse = np.empty((n, 3))
-        first = np.empty(n + 1, dtype=np.int64)
         while True:
-            column = np.empty(self._capacity, dtype=np.int64)
-            filled = kernels.Pivots(pivot, inverse, first, column, np.empty(self._capacity), np.empty(self._capacity))
+            filled = self._spare.pop() if self._spare else self._empty()
             said, pivots, negative, zero, delayed = kernels.eliminate(matrix, threshold, _TINY, self._room, filled)
             if said == kernels.DONE:
                 break
             if said == kernels.FRONT_FULL:
                 self._room = 2 * max(self._room, int(pivots))
+                self.give_back(filled)
             else:
                 self._capacity *= 2
+                self._spare.clear()
         return Factor(
             self, scaled, scale, int(pivots), int(negative) if finite else -1, int(zero), int(delayed), finite,
             filled,
         )  # fmt: skip
+
+    def _empty(self) -> kernels.Pivots:
+        """Room for a factor."""
+        n, most = self.size, self._capacity
+        return kernels.Pivots(
+            np.empty((n, 2), dtype=np.int64), np.empty((n, 3)), np.empty(n + 1, dtype=np.int64),
+            np.empty(most, dtype=np.int64), np.empty(most), np.empty(most),
+        )  # fmt: skip
+
+    def give_back(self, filled: kernels.Pivots) -> None:
+        """The room of a factor that is gone is that of the next: fresh memory costs a tenth of a factorisation."""
+        if not self._spare and filled.column.size == self._capacity:
+            self._spare.append(filled)
 
     def _diagonals(self) -> IntArray:
         """Place among the entries of a diagonal one of every unknown (n,), -1 where there is none."""
@@ -130,6 +142,9 @@ class Factor:
             self._substitute(product)
             x += product
         return (scale * x).reshape(b.shape)
+
+    def __del__(self) -> None:
+        self.pattern.give_back(self.filled)
 
     def _substitute(self, b: FloatArray) -> None:
         kernels.substitute(self.pivots, *self.filled, b)
