@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.validation.workbench.shift_diagram import Diagram, Place, goes_back, width
+from tests.validation.workbench.shift_diagram import Diagram, Place, ends, goes_back, width
 from tests.validation.workbench.shift_followed import rippled
 
 
@@ -36,9 +36,20 @@ def test_neighbouring_folds_nearer_than_a_ripple_are_not_counted():
     folds = [(0, 0.3851), (2, 0.3848), (3, 0.4004), (5, 0.3529)]
     assert rippled(folds) == {0, 2}
     assert rippled(folds[2:]) == set()
+    assert rippled(folds, 0.3842) == {0, 2}
+    assert rippled([(4, 0.3845), *folds[2:]], 0.3842) == {4}
 
 
 def test_a_branch_that_leaves_to_the_unstable_side_is_told():
     line = {"shift": [0.381, 0.36, 0.3], "height": [0.3, 0.28, 0.2]}
     assert goes_back(0.38, line) == pytest.approx(0.02)
     assert goes_back(0.38, {**line, "shift": [0.381, 0.39, 0.3]}) == 0.0
+
+
+def test_u_is_stable_again_only_where_its_last_unstable_mode_goes():
+    """With a fold forth and one back amid its unstable part; one that is stable again at once; one that never is."""
+    changes = [{"change": change} for change in (1, 1, 1, -1, -1, -1)]
+    assert ends(changes) == (0, 5)
+    assert ends(changes[:1] + changes[-1:]) == (0, 1)
+    assert ends(changes[:5]) == (0, None)
+    assert ends([]) == (None, None)

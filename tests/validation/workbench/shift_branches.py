@@ -23,14 +23,19 @@ ALONE = False
 
 #: Ribbons whose elements are placed at every point, and rods on equal ones.
 CASES = (
+    Case("wunderlich", 40.0, 0.0, Grading(0.005, 0.0005, 0.05)),
     Case("wunderlich", 20.0, 0.0, Grading(0.005, 0.001, 0.05)),
     Case("wunderlich", 10.0, 0.0, Grading(0.01, 0.002, 0.1)),
     Case("wunderlich", 6.0, 0.0, Grading(0.01, 0.002, 0.1)),
 )
 #: The rod: without weight its shape hangs on the ratio of its stiffnesses, which is that of w/h, and not on w/l.
 ROD = Case("kirchhoff", 20.0, 50.0, None, 50)
-#: S of a ribbon on other elements than U and US.
-ODD = {CASES[0]: Case("wunderlich", 20.0, 0.0, Grading(0.005, 0.0005, 0.05))}
+#: A branch of a ribbon on other elements than the rest: S; and US of the narrowest, whose passages beside the clamps,
+#: 0.001 to 0.004 l from them, held by elements of 0.001 l make a fold at every step.
+OTHER = {
+    (CASES[0], "us"): Case("wunderlich", 40.0, 0.0, Grading(0.01, 0.0002, 0.1), easy=11, steps=1200),
+    (CASES[1], "s"): Case("wunderlich", 20.0, 0.0, Grading(0.005, 0.0005, 0.05)),
+}
 #: `finite`: on equal elements that step over the layer at its clamps, halved.
 FINITE = tuple(Case("finite", narrow, 50.0, None, 50) for narrow in (40.0, 20.0))
 #: Shells: 1 over w/l, w/h, meshes whose elements are `FINER` times shorter each.
@@ -86,10 +91,11 @@ def onset(lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], Th
 
 def parts(case: Case) -> list[tuple[str, Callable[[], Any]]]:
     """Names of the pieces of a ribbon or rod, and what makes them: U, US and S; of `FINITE` U."""
-    branches = (("u", upright, case), ("us", tilted, case), ("s", flat, ODD.get(case, case)))
+    branches = (("u", upright), ("us", tilted), ("s", flat))
     return [
         (f"{of.name}_{word}", functools.partial(follow, of))
-        for word, follow, of in branches[: 1 if case in FINITE else 3]
+        for word, follow in branches[: 1 if case in FINITE else 3]
+        for of in (OTHER.get((case, word), case),)
     ]
 
 

@@ -45,7 +45,8 @@ class Place:
 
 @dataclass(frozen=True)
 class Diagram:
-    """One model: where U is lost (and stable again), folds of US in order, where S is lost on the way back."""
+    """One model: where U is lost (and stable again), folds of US in order, where S is lost on the way back, folds of
+    U."""
 
     lost: Place | None
     again: Place | None
@@ -53,6 +54,7 @@ class Diagram:
     flat: Place | None
     lines: tuple[dict[str, Any], ...]
     ripples: int
+    turned: tuple[Place, ...] = ()
 
     def loops(self) -> list[tuple[Place, Place]]:
         """(where the strip jumps on the way out, where on the way back) of every hysteresis, in order along US."""
@@ -86,6 +88,19 @@ def width(loop: tuple[Place, Place], located: float) -> Settled:
     return settled(widths(loop), located)
 
 
+def ends(specials: Sequence[Mapping[str, Any]]) -> tuple[int | None, int | None]:
+    """Which of the special points of U, in their order along it, is the one where it is lost and which the one from
+    where on it has no unstable mode again; it begins with none."""
+    unstable, lost, again = 0, None, None
+    for k, special in enumerate(specials):
+        before, unstable = unstable, unstable + int(special["change"])
+        if lost is None and not before and unstable:
+            lost = k
+        if lost is not None and again is None and before and not unstable:
+            again = k
+    return lost, again
+
+
 def diagram(case: Case, *parts: Mapping[str, Any]) -> Diagram:
     """Of a ribbon or a rod, from its branches U, US and S."""
     specials = [special for part in parts for special in part["specials"]]
@@ -93,11 +108,13 @@ def diagram(case: Case, *parts: Mapping[str, Any]) -> Diagram:
     def places(branch: str, kind: str) -> list[Place]:
         return [Place.of(s, located_to(case)) for s in specials if s["branch"] == branch and s["kind"] == kind]
 
-    arch, odd = places("U", "branch_point"), places("S", "branch_point")
+    arch = [s for s in specials if s["branch"] == "U"]
+    lost, again = (Place.of(arch[k], located_to(case)) if k is not None else None for k in ends(arch))
+    odd = places("S", "branch_point")
     return Diagram(
-        arch[0] if arch else None, arch[1] if len(arch) > 1 else None, tuple(places("US", "fold")),
+        lost, again, tuple(places("US", "fold")),
         odd[0] if odd else None, tuple(line for part in parts for line in part["lines"]),
-        sum(int(part["ripples"]) for part in parts),
+        sum(int(part["ripples"]) for part in parts), tuple(places("U", "fold")),
     )  # fmt: skip
 
 

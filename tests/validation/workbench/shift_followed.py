@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -33,6 +34,8 @@ ODD = (-8.0, 0.0, 8.0)
 RIPPLE = 1e-3
 #: Where a branch begins: its own elements, or, where no state is found on them, longer ones before.
 COARSER = ((1.0,), (4.0, 2.0, 1.0))
+#: Shortest elements over a grading's own, one after the other, by which it is reached where neither is.
+LEAST = (8.0, 4.0, 2.0, 1.0)
 #: Newton's iterations in a step after which the next one is longer: passages go over many short elements.
 EASY, STEPS = 8, 420
 
@@ -40,7 +43,8 @@ EASY, STEPS = 8, 420
 @dataclass(frozen=True)
 class Case:
     """A ribbon of `energy`, w/l = 1 / `narrow`, w/h = `ratio` (0: it knows no thickness), on elements that `grading`
-    places at every point, or on so many equal `elements`; U is followed up to a shift of `upto`."""
+    places at every point, or on so many equal `elements`; U is followed up to a shift of `upto`, every branch over so
+    many `steps` at the most, longer again after `easy` iterations."""
 
     energy: str
     narrow: float
@@ -48,6 +52,13 @@ class Case:
     grading: Grading | None = None
     elements: int = 100
     upto: float = SPAN[1]
+    easy: int = EASY
+    steps: int = STEPS
+
+    @property
+    def options(self) -> Options:
+        """How its branches are followed."""
+        return Options(easy=self.easy, steps=self.steps)
 
     @property
     def name(self) -> str:
@@ -81,10 +92,10 @@ def begun(case: Case, flat: bool = False) -> tuple[BranchStart, Point, Along]:
     start = model.branch_start(along.scene_at)
     own = first_point(start.system, start.z, 0.0, Options().tolerance)
     first = own
-    for way in COARSER if case.grading is not None else ():
+    for way in _ways(case.grading) if case.grading is not None else ():
         first = own
-        for times in way:
-            first = None if first is None else _graded(first, case.grading.finer(1.0 / times))
+        for grading in way:
+            first = None if first is None else _graded(first, grading)
         if first is not None and not first.unstable:
             break
     if first is None or first.unstable:
@@ -92,6 +103,13 @@ def begun(case: Case, flat: bool = False) -> tuple[BranchStart, Point, Along]:
     if flat and abs(height(start, first)) > 1e-6:
         raise AssertionError(f"{case.name}: its middle is at {height(start, first):g} l, on S it is at 0")
     return start, first, along
+
+
+def _ways(grading: Grading) -> list[list[Grading]]:
+    """Gradings over which a branch's own one is reached: it alone, longer elements first, or shorter and shorter ones
+    beside passages and clamps."""
+    longer = [[grading.finer(1.0 / times) for times in way] for way in COARSER]
+    return [*longer, [replace(grading, least=min(times * grading.least, grading.longest)) for times in LEAST]]
 
 
 def _graded(point: Point, grading: Grading) -> Point | None:
@@ -108,9 +126,10 @@ def height(start: BranchStart, point: Point) -> float:
     return float(start.shape(point).centreline(np.array([0.5]))[0, 2])
 
 
-def rippled(folds: Sequence[tuple[int, float]]) -> set[int]:
+def rippled(folds: Sequence[tuple[int, float]], fork: float = math.nan) -> set[int]:
     """Of folds (place in a list, shift) in their order along a branch: those that are nearer to a neighbour than
-    `RIPPLE`, pair by pair, the nearest pair first, as long as there are any."""
+    `RIPPLE`, pair by pair, the nearest pair first, as long as there are any; then the first one that is left, if it is
+    as near to the `fork` (shift) at which the branch begins: elements that hold the fork make it turn back."""
     left, gone = list(folds), set()
     while len(left) > 1:
         k = min(range(len(left) - 1), key=lambda k: abs(left[k + 1][1] - left[k][1]))
@@ -118,7 +137,7 @@ def rippled(folds: Sequence[tuple[int, float]]) -> set[int]:
             break
         gone |= {left[k][0], left[k + 1][0]}
         del left[k : k + 2]
-    return gone
+    return gone | {k for k, shift in left[:1] if abs(shift - fork) < RIPPLE}
 
 
 class Followed:
@@ -126,13 +145,13 @@ class Followed:
 
     def __init__(self, case: Case, flat: bool = False) -> None:
         self.start, self.first, self.along = begun(case, flat)
-        self.name = case.name
+        self.name, self.options = case.name, case.options
         self.lines: list[dict[str, Any]] = []
         self.specials: list[dict[str, Any]] = []
 
     def line(self, name: str, first: Point, on_point: Callable[[Point], bool] | None = None, last: float = 1.0) -> Run:
         """A branch, kept."""
-        run = follow(first, (0.0, last), options=Options(easy=EASY, steps=STEPS), on_point=on_point)
+        run = follow(first, (0.0, last), options=self.options, on_point=on_point)
         value = self.along.value
         self.lines.append({
             "name": name, "shift": [value(p.t) for p in run.points], "height": [self.height(p) for p in run.points],
@@ -167,13 +186,16 @@ class Followed:
 
 
 def upright(case: Case, finer: int = HALVINGS) -> dict[str, Any]:
-    """U over the range, and where it is lost and stable again: "lines" (shift, height, unstable modes of every point,
-    how it ended), "specials" (branch, kind, shifts on elements halved so often, height), "ripples"."""
+    """U over the range, and its branch points and folds, those branch points alone on the first elements that have
+    unstable modes on both sides: "lines" (shift, height, unstable modes of every point, how it ended), "specials"
+    (branch, kind, shifts on elements halved so often, height), "ripples"."""
     found = Followed(case)
     last = (case.upto - SPAN[0]) / (SPAN[1] - SPAN[0])
+    unstable = 0
     for special in found.line("U", found.first, last=last).specials:
-        if special.kind == "branch_point":
-            found.located("U", special, finer)
+        before, unstable = unstable, unstable + special.change
+        if special.kind in ("branch_point", "fold"):
+            found.located("U", special, 0 if before and unstable and special.kind != "fold" else finer)
     return found.told()
 
 
@@ -181,13 +203,13 @@ def tilted(case: Case, finer: int = HALVINGS) -> dict[str, Any]:
     """US from where it leaves U until it is beside S: as `upright`, and how many folds were nearer to each other than
     `RIPPLE`."""
     found = Followed(case)
-    way = follow(found.first, options=Options(easy=EASY, steps=STEPS), on_point=lambda p: not p.unstable)
+    way = follow(found.first, options=found.options, on_point=lambda p: not p.unstable)
     forks = [s for s in way.specials if s.kind == "branch_point"]
     ripples: set[int] = set()
     for leaving in switched(forks[0])[:1] if forks else ():
         run = found.line("US", leaving, lambda p: found.height(p) > FLAT)
         folds = [(k, found.along.value(s.point.t)) for k, s in enumerate(run.specials) if s.kind == "fold"]
-        ripples = rippled(folds)
+        ripples = rippled(folds, found.along.value(forks[0].point.t))
         for k, special in enumerate(run.specials):
             if k not in ripples:
                 found.located("US", special, finer)

@@ -59,7 +59,7 @@ def _drawn(axes: Any, lines: Sequence[Mapping[str, Any]], colour: str, label: st
 
 
 def _marked(axes: Any, one: Diagram, colour: str) -> None:
-    for place in (one.lost, one.again, *one.folds, one.flat):
+    for place in (one.lost, one.again, *one.folds, *one.turned, one.flat):
         if place is not None:
             error = place.limit.error if place.limit.settles else abs(place.finest - place.values[0])
             axes.errorbar(place.finest, place.height, xerr=error, fmt="o", ms=4, capsize=2, color=colour)
@@ -101,8 +101,8 @@ def _rows(lines: Mapping[Case, Diagram]) -> list[tuple[str, ...]]:
               f"{case.ratio:g}" if case.ratio else "")  # fmt: skip
         loops = one.loops()
         named = [("U lost", one.lost), ("U stable again", one.again)]
-        for k, place in enumerate(one.folds):
-            named.append((f"fold of US {k + 1}", place))
+        for branch, folds in (("U", one.turned), ("US", one.folds)):
+            named += [(f"fold of {branch} {k + 1}", place) for k, place in enumerate(folds)]
         for what, place in (*named, ("S lost", one.flat)):
             if place is not None:
                 rows.append((*of, what, *_told(place)))
@@ -167,8 +167,9 @@ def open_ones(lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float]
             if place is not None and not place.limit.settles:
                 found.append(f"{case.energy}, w/l = 1/{case.narrow:g}: {what}")
         found += [
-            f"{case.energy}, w/l = 1/{case.narrow:g}: fold {k + 1} of US"
-            for k, place in enumerate(one.folds) if not place.limit.settles
+            f"{case.energy}, w/l = 1/{case.narrow:g}: fold {k + 1} of {branch}"
+            for branch, folds in (("U", one.turned), ("US", one.folds))
+            for k, place in enumerate(folds) if not place.limit.settles
         ]  # fmt: skip
     for (narrow, ratio), shell in shells.items():
         for what, values in (("U lost", shell.lost), ("S lost", shell.flat)):
@@ -204,6 +205,12 @@ together as the strip gets wider, between w/l = 1/10 and 1/6. The sweeps of [7.2
 Wunderlich's strip of w/l = 1/20, saw these folds. Those of thin shells are the same ones, at nearly the same heights,
 nearer to each other. What finer meshes do not have ([before](branches_shell.md)) are the folds at the pitchfork on
 40 x 4 elements, not this pair."""
+NARROW = """\
+At w/l = 1/40 US leaves U steeply: its middle comes down by 0.004 l and the passages of zero curvature beside the
+clamps, 0.001 to 0.004 l from them, move by as much as their own distance while the shift changes by 0.001 l. Elements
+of 0.001 l there hold a passage until it leaps: the branch turns back at every step and does not get on. On elements of
+0.0002 l, reached over longer ones, it goes on to S; where it leaves U, growing faster with the distance, they hold the
+fork, whose place is that of U's own. Where U of this ribbon is unstable it turns back too, between two folds."""
 OTHERS = """\
 `sadowsky` has no value here: where the curvature passes zero its density is infinite with any twist, and U and US are
 twisted there. `finite` (w/h = 50, 50 equal elements, halved) is not followed beyond U, and at w/l = 1/10 not along it:
@@ -227,15 +234,16 @@ def write(path: Path, lines: Mapping[Case, Diagram], shells: Mapping[tuple[float
         WHAT.replace("\n", " ").format(ripple=RIPPLE),
         "## Ribbons and rods",
         "Elements of `wunderlich` are placed anew at every point (`Grading`), those of `kirchhoff` (w/h = 50; it does "
-        f"not know w/l) are 50 equal ones; halved twice. Pairs of folds nearer to each other than {RIPPLE:g} l are "
-        f"what elements make of a steep piece and are not counted: {', '.join(rippled) or 'none'}, `wunderlich`.",
+        f"not know w/l) are 50 equal ones; halved twice. Pairs of folds nearer to each other (or one to the "
+        f"fork) than {RIPPLE:g} l are what elements make of a steep piece and are not counted: {', '.join(rippled) or 'none'}, `wunderlich`.",
         page.table(("model", "w/l", "w/h", "what", "elements", "halved", "twice", "limit", "+-"), _rows(lines)),
+        NARROW.replace("\n", " "),
         OTHERS.replace("\n", " "),
         "## Shells",
         "Meshes with elements 1.5 times shorter each; a hysteresis is the interval between two folds of US, which is "
         "followed down to a height of 0.18 l. Where S is lost at w/h = 50 settles on meshes that are halved: "
         "[branches of shells](branches_shell.md).",
         page.table(("w/l", "w/h", "meshes", "what", "coarse", "finer", "finest", "limit", "+-"), _shell_rows(shells)),
-        "Not measured here: the ribbon of w/l = 1/40, shells of w/h = 200 and of other widths (where U is lost: "
+        "Not measured here: shells of w/h = 200 and of other widths (where U is lost: "
         "[7.2](shift/README.md)), strips with weight.",
     )
