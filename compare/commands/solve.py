@@ -114,7 +114,6 @@ def say(
 ) -> None:
     """The answer on the terminal; `out`: where its files will be; seen: other equilibria, where they were asked for."""
     from compare.page.terminal import print_pairs, print_table, print_verdict
-    from compare.pages.branches import states as pages_states
     from compare.pages.solve import answer, numbers, rows, sentences
 
     units = common.units_of(options, scene)
@@ -123,6 +122,8 @@ def say(
     if options.wide:
         print_table(console, numbers(scene, state, units), wide=True)
     if seen is not None:
+        from compare.pages.branches import states as pages_states
+
         print_table(console, pages_states.table(seen), wide=options.wide)
         for sentence in pages_states.sentences(seen):
             console.print(f"- {sentence}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from compare.models.base import Seconds, State
 from compare.models.quantities import Answered
@@ -12,8 +12,10 @@ from compare.record.quantity import ABSENT, DATA, Quantity, joined, pick
 from compare.record.views import document, in_si
 from compare.scene.scene import Scene
 from compare.store.made_by import SHELL_RUN
-from compare.studies.compare import Comparison
 from compare.studies.inputs import input_uncertainty
+
+if TYPE_CHECKING:
+    from compare.studies.compare import Comparison
 
 
 def spent(seconds: Seconds) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from compare.page.study import RESULT, Study
 from compare.page.table import Column, Table
 from compare.page.verdict import Verdict
 from compare.page.wording import energies, length, place
-from compare.pages.branches import states
 from compare.pages.presenter import presenter
 from compare.pages.result import spent, state_result
 from compare.record.quantity import joined
@@ -25,9 +25,11 @@ from compare.scene.scene import Scene
 from compare.scene.units import Units, base_of
 from compare.store.finite import explained
 from compare.store.store import atomic_write_json, jsonable
-from compare.studies.branches.states import States
 from compare.studies.checks import of_state
 from compare.studies.inputs import input_uncertainty
+
+if TYPE_CHECKING:
+    from compare.studies.branches.states import States
 
 #: Names and texts: each row has a unit, or several values, of its own.
 _LISTED = Column("quantity", "quantity", kind="word"), Column("value", "value", kind="word")
@@ -149,10 +151,13 @@ def write(out: Path, scene: Scene, state: State, again: str, seen: States | None
     """result.json first, then the files and pictures of the model, and page.json; seen: other equilibria, where they
     were asked for: `states` and `states_search` of result.json, states.npz."""
     result = state_result(scene, state)
-    more = [] if seen is None else [states.table(seen)]
+    more, told, files = [], [], {}
     if seen is not None:
+        from compare.pages.branches import states  # and with it what follows branches
+
         result.update(states.record(seen))
         states.write_shapes(out, seen)
+        more, told, files = [states.table(seen)], states.sentences(seen), dict(states.FILES)
     verdict = answer(scene, state)
     atomic_write_json(out / RESULT, explained({**result, "answer": verdict}))
     grid = Grid.for_shape(scene, state.shape.bend if state.shape is not None else 1.0)
@@ -162,9 +167,9 @@ def write(out: Path, scene: Scene, state: State, again: str, seen: States | None
         scene.title,
         verdict=verdict,
         tables=(Table(f"The {state.model}", _LISTED, tuple(rows(scene, state))), *more),
-        sentences=(*sentences(scene, state), *([] if seen is None else states.sentences(seen))),
+        sentences=(*sentences(scene, state), *told),
         pictures=written.pictures,
         surfaces=written.surfaces,
         data=written.data,
-        files={"result.json": "all numbers", **written.files, **({} if seen is None else states.FILES)},
+        files={"result.json": "all numbers", **written.files, **files},
     ).write(out, result, again, scene)

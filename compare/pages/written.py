@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,7 +21,9 @@ from compare.pages.export.surfaces import write_shell, write_surface
 from compare.pages.export.vtu import write_vtu
 from compare.scene.scene import Scene
 from compare.store.store import atomic_write_bytes
-from compare.studies.compare import Comparison
+
+if TYPE_CHECKING:
+    from compare.studies.compare import Comparison
 
 #: Points of a centreline file.
 LINE_POINTS = 401

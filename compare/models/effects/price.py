@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from compare.models.shell_build import shell_elements
 from ribbonbench.accepted import YES, accepted
 from ribbonbench.errors import BadInput
 
@@ -70,6 +69,8 @@ def price(elements: tuple[int, int], degree: int = 2) -> Price:
 def check_price(scene: Scene, elements: tuple[int, int] | None = None, degree: int = 2, yes: bool = False) -> Price:
     """The price of the scene's shell (elements None: its own); `BadInput` where it is dear and nobody has said `yes`,
     nor is it `accepted`."""
+    from compare.models.shell_build import shell_elements  # and with it what shells are made of
+
     mesh = shell_elements(scene) if elements is None else elements
     found = price(mesh, degree)
     if found.dear and not (yes or accepted()):

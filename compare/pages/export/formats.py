@@ -6,7 +6,6 @@ import io
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from numpy.typing import NDArray
@@ -166,6 +165,8 @@ def array_csv(names: Sequence[str], table: FloatArray) -> bytes:
 
 def pvd_bytes(entries: Sequence[tuple[float, int, str, str]]) -> bytes:
     """A ParaView collection of (time, part, label, file), files relative to it."""
+    from xml.sax.saxutils import quoteattr  # not before it is needed: it loads what asks web servers
+
     lines = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">']
     lines.append("  <Collection>")
     for time, part, label, file in entries:
