@@ -91,8 +91,8 @@ def _more(k, t, dk, dt, section):
 def _add(k, t, dk, dt, section, out):
     """Adds to `out` (15,) what this energy has beyond `extensible`, with its derivatives.
 
-    eta = t p and x = w / 2 (p t' + p' t k') with p(k) = k / (k^2 + 1 / zeta^2), so that the second term is W(k, t) G(x),
-    W = 1/2 (k^2 + 1 / zeta^2) (1 + eta^2)^2, G = H - 1.
+    eta = t p and x = w / 2 (p t' + p' t k') with p(k) = k / (k^2 + 1 / zeta^2), so that what is Wunderlich's is
+    W(k, t) G(x), W = 1/2 (k^2 + 1 / zeta^2) (1 + eta^2)^2, G = H - 1.
     """
     half_width, soft, warp, s = _softened(k, section)
     r = 1.0 / s

@@ -50,11 +50,10 @@ def _valued() -> str:
     given = "k, t, dk, dt, natural, slope, section"
     lines = [f"def free_value(code, {given}, out):"]
     for name, code in FREE_CODES.items():
-        own = FREE_ENERGIES[name].value is not None
-        lines.append(f"    if code == {code}:")
-        lines += [f"        return value_{name}({given})"] if own else [
-            f"        density_{name}({given}, out)", "        return out[0]"
-        ]
+        if FREE_ENERGIES[name].value is not None:
+            lines.append(f"    if code == {code}:\n        return value_{name}({given})")
+        else:
+            lines.append(f"    if code == {code}:\n        density_{name}({given}, out)\n        return out[0]")
     return "\n".join([*lines, "    return nan"])
 
 

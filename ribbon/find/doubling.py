@@ -122,12 +122,12 @@ def _relaxed(coarse: MixedProblem, minimum: Minimum, problem: MixedProblem) -> M
     )
 
 
-def above(problem: Problem, x: FloatArray, start: FloatArray) -> bool:
-    """Whether a minimum x (n,) has clearly more energy than the shape `start` (n,), that of a coarser one, say.
+def above(problem: Problem, x: FloatArray, *starts: FloatArray) -> bool:
+    """Whether a minimum x (n,) has clearly more energy than one of the shapes `starts` (n,), a coarser one's, say.
 
     The shapes nest, and a minimiser goes down: x is then another state than that which it began beside."""
-    there, here = problem.value(start), problem.value(x)
-    return bool(np.isfinite(there) and here > there + _SAME * max(1.0, abs(there)))
+    here, known = problem.value(x), (problem.value(start) for start in starts)
+    return any(bool(np.isfinite(there) and here > there + _SAME * max(1.0, abs(there))) for there in known)
 
 
 def _higher(coarse: MixedProblem, minimum: Minimum, problem: MixedProblem, fine: Minimum) -> bool:

@@ -49,7 +49,7 @@ def minimum(
         return choose.minimise(problem, x, options, progress, rough=rough)
     start = transfer.on_joints(few, first.x, problem)
     point = choose.minimise(problem, start, options, progress, near=True, rough=rough)
-    if doubling.above(problem, point.x, start) or doubling.above(problem, point.x, x):
+    if doubling.above(problem, point.x, start, x):
         other = choose.minimise(problem, x, options, progress, rough=rough)
         if not doubling.above(problem, other.x, point.x):
             return other

@@ -310,6 +310,10 @@ class ChainedProblem:
             self._cache["key"], self._cache["jets"] = key, (local, u, v)
         return self._cache["jets"]  # type: ignore[return-value]
 
+    def keep(self, x: FloatArray, jets: tuple[FloatArray, FloatArray, FloatArray]) -> None:
+        """The jets of x (n,), which a minimiser has computed."""
+        self._cache["key"], self._cache["jets"] = np.ascontiguousarray(x, dtype=float).tobytes(), jets
+
     def gradient(self, x: FloatArray) -> FloatArray:
         """Gradient (2 p + 2,) of the total energy."""
         self.counters.gradient += 1

@@ -23,9 +23,9 @@ from ribbon.solvers import riccati
 
 #: Places of the numbers that go from one call of `descend` to the next: energy, residual, last shift, iterations,
 #: how many energies and derivatives were evaluated, how the call ended, the barrier's parameter (0: none), the residual
-#: below which Newton's own step is tried on an indefinite Hessian.
-ENERGY, RESIDUAL, SHIFT, ITERATIONS, VALUES, DERIVATIVES, ENDED, BARRIER, SADDLE = range(9)
-STATE = 9
+#: below which Newton's own step is tried on an indefinite Hessian, whether the jets are those of the last x.
+ENERGY, RESIDUAL, SHIFT, ITERATIONS, VALUES, DERIVATIVES, ENDED, BARRIER, SADDLE, FRESH = range(10)
+STATE = 10
 #: How a call of `descend` ended: stationary, not yet, no lower energy found along the step, not to be evaluated.
 CONVERGED, GOING, STUCK, UNDEFINED = range(4)
 
@@ -310,16 +310,23 @@ def _inside(linear, shift, x, slopes, bounds, heavy, right, step, turned):
         turned[:] = turns
 
 
+def jets(segments, fields, coupled):
+    """Room for the jets of a strip of so many fields, and for the factors of its loads (`Linear`)."""
+    count = 2 * fields
+    loaded = (segments if coupled else 1, count, 3)
+    return np.empty((segments, 15 if fields == 2 else 28)), np.zeros(loaded), np.zeros(loaded)
+
+
 @njit(cache=True)
-def _linear(lengths, fields, coupled):
-    """Room for the Hessian of a strip of so many fields, and for its factors."""
-    p, count, size = lengths.size, 2 * fields, fields * (lengths.size + 1)
+def _linear(lengths, fields, coupled, own):
+    """Room for the Hessian of a strip of so many fields, whose jets are in `own`, and for its factors."""
+    p, size = lengths.size, fields * (lengths.size + 1)
     return Linear(
         lengths,
-        np.empty((p, 15 if fields == 2 else 28)),
+        own[0],
         coupled,
-        np.zeros((p if coupled else 1, count, 3)),
-        np.zeros((p if coupled else 1, count, 3)),
+        own[1],
+        own[2],
         np.zeros(size),
         np.empty(size, dtype=np.bool_),
         np.empty((p, fields, fields + 3)),
@@ -485,17 +492,17 @@ def _bounded(bounds):
 
 
 @njit(cache=True, nogil=True)
-def descend(x, lengths, material, loads, bounds, exact, iterations, state, gradient, below, above):
+def descend(x, lengths, material, loads, bounds, exact, iterations, state, gradient, below, above, own):
     """At most `iterations` steps of Newton's iteration from x (n,), in place, and fewer where their series are long;
     `state` (STATE,), zeros at first, goes on from call to call, as do the bounds' multipliers `below`, `above` (n,);
-    `gradient` (n,) is that of the last x.
+    `gradient` (n,) is that of the last x, and so are the `jets` in `own` where the state says FRESH.
 
     material, loads: `ribbon.problems.arguments`; bounds: `Bounds`; exact (2,): tolerance of the residual, which ends at
     the second number or where rounding lets it fall no more. A state that begins with a barrier of -1 is near its end.
     """
     fields = x.size // (lengths.size + 1)
     q, parts = np.empty((lengths.size, 2 * fields)), np.empty(3)
-    linear = _linear(lengths, fields, loads.gamma != 0.0 or loads.pulled)
+    linear = _linear(lengths, fields, loads.gamma != 0.0 or loads.pulled, own)
     step, right, y = np.empty(x.size), np.empty(x.size), np.empty(x.size)
     kept, slopes, jump = np.empty(x.size), np.empty(x.size), np.empty(x.size)
     turned = np.empty(3)
@@ -519,6 +526,7 @@ def descend(x, lengths, material, loads, bounds, exact, iterations, state, gradi
         turned_so_far += _turn(has_free_twist(material.code), q, lengths)
         stiffest = _derived(q, material, loads, linear, gradient)
         state[DERIVATIVES] += 1.0
+        state[FRESH] = 1.0
         mu = state[BARRIER]
         if mu > 0.0:
             following = _next_barrier(x, gradient, bounds.lower, bounds.upper, below, above, mu)
@@ -529,6 +537,7 @@ def descend(x, lengths, material, loads, bounds, exact, iterations, state, gradi
         if blind and not residual < before:
             x[:] = kept
             gradient[:] = right
+            state[FRESH] = 0.0
             state[ENERGY] = value = before_value
             state[RESIDUAL] = before
             if negative == 0:  # rounding has the last word

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ribbon.element.free_series import parameter_count
+from ribbon.problems.chained_kernels import pairs
 from ribbon.solvers import riccati
 
 #: Powers of four tried for a bracket; its width over its size; steps of the inverse iteration and its tolerance.
@@ -27,11 +29,23 @@ def largest(lengths, local, coupled, u, v, none, held, gains, inverses, first):
     moving = 0
     for i in range(held.size):
         moving += not held[i]
-    bound = 1.0
-    for _ in range(_POWERS):
+    place = pairs(parameter_count(local.shape[1]))
+    stiffest = 1.0
+    for i in range(lengths.size):
+        for f in range(inverses.shape[1]):
+            stiffest = max(stiffest, abs(local[i, place[2 * f + 1, 2 * f + 1]]) / lengths[i])
+    # from the power of four beside the stiffest segment up, or down as long as nothing is above
+    bound = 4.0 ** min(np.floor(np.log2(stiffest) / 2.0), _POWERS) if stiffest < np.inf else 4.0**_POWERS
+    if _count(bound, lengths, local, coupled, u, v, none, held, gains, inverses, first) == moving:
+        while bound > 1.0:
+            if _count(0.25 * bound, lengths, local, coupled, u, v, none, held, gains, inverses, first) < moving:
+                break
+            bound *= 0.25
+        return bound
+    while bound < 4.0**_POWERS:
+        bound *= 4.0
         if _count(bound, lengths, local, coupled, u, v, none, held, gains, inverses, first) == moving:
             break
-        bound *= 4.0
     return bound
 
 

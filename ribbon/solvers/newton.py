@@ -68,6 +68,7 @@ def minimise(
     x = np.array(start, dtype=float)
     state, gradient = np.zeros(chained_newton.STATE), np.full(x.size, np.nan)
     below, above = np.zeros((2, x.size))
+    own = chained_newton.jets(problem.lengths.size, problem.fields.count, problem.is_loaded)
     lengths, material, loads, bounds = arguments(problem)
     if near:
         state[chained_newton.BARRIER] = -1.0
@@ -77,13 +78,15 @@ def minimise(
     # where someone looks on, or no time is left, the start is looked at alone
     together = 0 if progress is not None or budget.spent() else min(stretch, most)
     while True:
-        _descend(x, lengths, material, loads, bounds, (tolerance, good), together, state, gradient, below, above)
+        _descend(x, lengths, material, loads, bounds, (tolerance, good), together, state, gradient, below, above, own)
         ended, steps = int(state[chained_newton.ENDED]), int(state[chained_newton.ITERATIONS])
         if progress is not None:
             progress(steps, float(state[chained_newton.ENERGY]), float(state[chained_newton.RESIDUAL]))
         if ended != chained_newton.GOING or steps >= most or budget.spent():
             break
         together = 1 if progress is not None else min(stretch, most - steps)
+    if state[chained_newton.FRESH]:
+        problem.keep(x, own)
     held = (x <= bounds.lower) & (gradient > 0.0) | (x >= bounds.upper) & (gradient < 0.0)
     multipliers = np.where(held, gradient, 0.0)
     problem.counters.value += int(state[chained_newton.VALUES])

@@ -78,9 +78,7 @@ def judged(problem: Problem, minimum: Minimum, how: How, near: float | None = No
     )
 
 
-def _measured(
-    problem: Problem, minimum: Minimum, parts: FloatArray, wanted: bool, near: float | None
-) -> _Measured:
+def _measured(problem: Problem, minimum: Minimum, parts: FloatArray, wanted: bool, near: float | None) -> _Measured:
     finite = bool(np.all(np.isfinite(minimum.x)) and np.all(np.isfinite(parts)))
     requested = wanted and finite and (not problem.row_count or minimum.residual <= RESIDUAL_TOLERANCE)
     check = stability.judge(problem, minimum, near) if requested else None

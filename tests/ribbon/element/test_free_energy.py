@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ribbon.element import free_energy
-from ribbon.energies.free import FREE_CODES
+from ribbon.energies.free import FREE_CODES, FREE_ENERGIES
 from ribbon.energies.names import FREE_CODE
 from tests.ribbon.energies.densities import adaptive, density
 
@@ -115,3 +115,22 @@ def test_a_panel_of_neighbouring_numbers_is_not_halved():
     assert 0.0 < last < 1e-13
     assert np.isfinite(found).all()
     assert found[0] > 0.1 * m**4 / (2.0 * abs(a) * b)
+
+
+@pytest.mark.parametrize("name", FREE_CODES)
+def test_the_value_alone_is_that_of_the_jet(name):
+    """Where no derivatives are asked for, on the same panels; with a natural twist and a curvature in the plane too."""
+    code, rest = FREE_CODE + FREE_CODES[name], (0.4, -0.7, 0.3, 0.2)
+    known = FREE_ENERGIES[name].pretwist is not None
+    for strip in STRIPS:
+        section = (0.5 * strip[0], *strip[1:], 0.0)
+        for q, length in segments(12, 7):
+            if name == "sadowsky_kt" and q[1] * (q[1] + q[0] * length) < 0.0:
+                continue
+            for parameters, components in ((q, 15), (np.append(q, [1.0, -2.0]), 28)):
+                whole, alone = np.empty(components), np.empty(1)
+                own = rest if known else (0.0, 0.0, *rest[2:])
+                for natural in (own, free_energy.NOTHING):
+                    free_energy.free_jet(code, parameters, length, *NATURAL, section, whole, natural)
+                    free_energy.free_jet(code, parameters, length, *NATURAL, section, alone, natural)
+                    assert alone[0] == pytest.approx(whole[0], rel=1e-13, abs=1e-13 * length)

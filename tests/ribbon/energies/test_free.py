@@ -187,3 +187,29 @@ def test_a_matched_rod_bends_like_the_ribbon():
         assert density("kirchhoff", flat, 5.0)[0] == pytest.approx(density("sadowsky_kt", flat, 5.0)[0], rel=1e-14)
         plate = density("kirchhoff", flat, 5.0, section=(*SECTION[:3], 1.0))[0]
         assert plate + 12.5 == pytest.approx((1 - SECTION[2] ** 2) * 0.5 * (k - 5.0) ** 2, rel=1e-13)
+
+
+@pytest.mark.parametrize("state", [(7.0, 3.0, 5.0, 40.0), (-0.3, 1.1, -6.0, 9.0), (0.02, -0.4, 30.0, 3.0)])
+def test_finites_own_part_has_the_derivatives_of_its_formula(state):
+    """What `finite` adds to `extensible`, (10.12) and (10.13), in 40 digits: all fourteen derivatives."""
+    half_width, thickness, nu, _ = section = (0.03, 2e-3, 0.4, 0.0)
+    with mp.workdps(40):
+        w = 2 * mp.mpf(half_width)
+        soft = 60 * mp.mpf(thickness) ** 2 / ((1 - mp.mpf(nu) ** 2) * w**4)
+
+        def added(k, t, dk, dt):
+            s = k * k + soft
+            eta = k * t / s
+            x = w / 2 * (k * dt + t * dk - 2 * eta * k * dk) / s
+            return s / 2 * (1 + eta**2) ** 2 * (mp.atanh(x) / x - 1) + w**2 / 24 * soft / s * dt**2
+
+        at = [mp.mpf(v) for v in state]
+        eta = at[0] * at[1] / (at[0] ** 2 + soft)
+        slope = (at[0] * at[3] + at[1] * at[2] - 2 * eta * at[0] * at[2]) / (at[0] ** 2 + soft)
+        assert 0 < abs(w / 2 * slope) < 0.9  # where H is not continued
+        right = [added(*at), *(mp.diff(added, at, order) for order in np.eye(4, dtype=int).tolist())]
+        for i, j in PAIRS:
+            right.append(mp.diff(added, at, (np.eye(4, dtype=int)[i] + np.eye(4, dtype=int)[j]).tolist()))
+    whole, plain = (density(name, state, section=section) for name in ("finite", "extensible"))
+    for n, value in enumerate(right):
+        assert float(whole[n] - plain[n]) == pytest.approx(float(value), rel=1e-10, abs=1e-13 * abs(whole[n])), n

@@ -102,9 +102,10 @@ def test_a_call_ends_soon_where_series_are_long():
         x = problem.natural_state()
         x[0] *= 1.001
         state, gradient = np.zeros(chained_newton.STATE), np.empty(x.size)
+        own = chained_newton.jets(problem.lengths.size, problem.fields.count, problem.is_loaded)
         below, above = np.zeros((2, x.size))
         given = newton.arguments(problem)
-        chained_newton.descend(x, *given, (0.0, 0.0), 200, state, gradient, below, above)
+        chained_newton.descend(x, *given, (0.0, 0.0), 200, state, gradient, below, above, own)
         assert state[chained_newton.DERIVATIVES] <= most + 1
         assert state[chained_newton.ITERATIONS] <= most
 
@@ -124,3 +125,16 @@ def test_a_budget_is_kept_whatever_the_curl(curl):
     with budget.within(0.5):
         newton.minimise(problem, problem.natural_state())
     assert _counted() - began < 60.0
+
+
+def test_what_the_iteration_leaves_is_of_its_last_point():
+    """Jets that are kept for the verdict are those of the state itself, not of a point beside."""
+    for gamma, curl in ((0.0, 3.0), (30.0, 5.0), (300.0, -8.0)):
+        problem = ChainedProblem(
+            Strip(1.0, 0.05, natural_curvature=curl, gamma=gamma), Clamp(), Gravity(), "wunderlich", np.full(20, 0.05)
+        )
+        found = newton.minimise(problem, problem.natural_state())
+        kept = problem.jets(found.x)
+        fresh = problem.with_changes().jets(found.x)
+        for one, other in zip(kept, fresh, strict=True):
+            assert np.array_equal(one, other)

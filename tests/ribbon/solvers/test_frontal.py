@@ -127,3 +127,26 @@ def test_entries_and_touched_unknowns_are_sorted_by_group(seed):
         here = found.taken[found.entries[g] : found.entries[g + 1]]
         touched = np.unique(np.concatenate([one[here], other[here], np.nonzero(group == g)[0]]))
         assert np.array_equal(found.touched[found.touches[g] : found.touches[g + 1]], touched)
+
+
+def test_factors_that_live_do_not_share_their_room():
+    p = problem(**CASES["two clamps"]) if "two clamps" in CASES else problem(**next(iter(CASES.values())))
+    lower, upper = p.bounds()
+    structure = Saddle(p, lower < upper)
+    x, rows = p.state(np.ones(p.lengths.size + 1), np.zeros(p.lengths.size + 1)), np.ones(p.row_count)
+    right = np.linspace(1.0, 2.0, structure.unknowns + structure.count)
+
+    def factor(shift):
+        return structure.factor(p.hessian(x, rows), p.jacobian(x), shift)
+
+    one = factor(1.0)
+    first = one.solve(right)
+    other = factor(50.0)
+    assert one.filled.left is not other.filled.left
+    assert np.array_equal(one.solve(right), first)
+    room = other.filled.left
+    del other
+    third = factor(9.0)
+    assert third.filled.left is room
+    assert np.array_equal(one.solve(right), first)
+    assert not np.array_equal(third.solve(right), first)
