@@ -171,12 +171,18 @@ def specials(before: Point, after: Point, reach: float, options: Options) -> lis
         rest = change - sign * len(roots)
         found_here.append((turn, Special("fold", at_turn, modes, tuple(values), before, reach, rest)))
     for group in _groups(sorted(roots), near):
-        place = group[len(group) // 2]
-        values, modes = modes_at(between.point(place), len(group))
-        at_place = between.with_tangent(place)
-        special = Special("branch_point", at_place, modes, tuple(values), before, reach, sign * len(group))
-        found_here.append((place, special))
+        special = _branch_point(between, group[len(group) // 2], len(group), sign)
+        if len(group) > 1:
+            special = replace(special, apart=tuple(_branch_point(between, root, 1, sign) for root in group))
+        found_here.append((group[len(group) // 2], special))
     return [special for _, special in sorted(found_here, key=lambda pair: pair[0])]
+
+
+def _branch_point(between: Between, place: float, count: int, sign: int) -> Special:
+    """Where so many eigenvalues pass zero, all the same way."""
+    values, modes = modes_at(between.point(place), count)
+    point = between.with_tangent(place)
+    return Special("branch_point", point, modes, tuple(values), between.before, between.reach, sign * count)
 
 
 def _touched(between: Between, after: Point) -> tuple[Point, FloatArray, tuple[float, ...]] | None:

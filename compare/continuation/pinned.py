@@ -1,8 +1,9 @@
 """A system on one branch of a circle of branches: what turns the shape and costs nothing is held.
 
-Every point of such a branch has a null vector, p, along the circle, and its residual has no part there. With u = M p of
-the first point, K + c u u^T has none; Newton's iteration with it goes nowhere along the circle, and its inertia counts
-the modes beside it (bordered: [K u; u^T -1/c], by Haynsworth's law).
+Every point of such a branch has a null vector, p, along the circle, and its residual has no part there. On elements
+that are not turned with it the circle is one but for what they miss: a small force along it is left. With u = M p of the
+first point a point is an equilibrium but for a multiple of u, G = m u, beside which <u, dz> = 0 (Lyapunov and Schmidt,
+as in `compare.continuation.ring`); its inertia is that of K on what is left, [K u; u^T 0] (Haynsworth's law).
 """
 
 from __future__ import annotations
@@ -14,9 +15,6 @@ import numpy as np
 
 from compare.continuation import bordered
 from compare.continuation.system import Factor, FloatArray, System
-
-#: c, in the metric of shapes (D w / l).
-_HELD = 1e2
 
 
 @dataclass(frozen=True)
@@ -42,17 +40,16 @@ class PinnedFactor:
     u: FloatArray = field(repr=False)
 
     def _one(self, factor: Factor, b: FloatArray) -> FloatArray:
-        found = bordered.solve(factor, self.u, self.u, -1.0 / _HELD, b, 0.0)
+        found = bordered.solve(factor, self.u, self.u, 0.0, b, 0.0)
         return np.full_like(b, np.nan) if found is None else found[0]
 
     @property
     def unstable(self) -> int:
-        """Of K + c u u^T: negative eigenvalues of K, one less where the one along u is among them."""
-        along = float(self.u @ self.of.solve(self.u))
-        return self.of.unstable - (along < -1.0 / _HELD)
+        """Beside u: negative eigenvalues of K, one less where u^T K^-1 u is below zero."""
+        return self.of.unstable - bool(float(self.u @ self.of.solve(self.u)) < 0.0)
 
     def solve(self, b: FloatArray) -> FloatArray:
-        """(K + c u u^T)^-1 b, (n,) or (n, k)."""
+        """x (n,) or (n, k) of K x + m u = b, u^T x = 0."""
         if b.ndim == 1:
             return self._one(self.of, b)
         return np.column_stack([self._one(self.of, column) for column in b.T])
@@ -88,15 +85,16 @@ class Pinned:
         return self.own.residual(z, t)
 
     def norm(self, residual: FloatArray) -> float:
-        """What of it counts."""
-        return self.own.norm(residual)
+        """What of it counts: not its part along the circle."""
+        u = self.own.mass(self.along)
+        return self.own.norm(residual - float(self.along @ residual) / float(self.along @ u) * u)
 
     def rate(self, z: FloatArray, t: float) -> FloatArray:
         """dG/dt."""
         return self.own.rate(z, t)
 
     def factor(self, z: FloatArray, t: float) -> PinnedFactor | None:
-        """K + c u u^T, factored."""
+        """K on what is left beside u, factored."""
         found = self.own.factor(z, t)
         return None if found is None else PinnedFactor(found, self.own.mass(self.along))
 

@@ -116,6 +116,8 @@ def around(start: Point, special: Special, step: float, options: Options) -> Spe
         if after is None:
             continue
         same = [one for one in _found(first, after, reach, options) if one.kind == special.kind]
+        if special.modes.shape[1] == 1:  # of two that finer elements no longer tell apart the one that it is
+            same = [part for one in same for part in one.apart or (one,)]
         if same:
             return min(same, key=lambda one: abs(one.point.t - special.point.t))
     return None

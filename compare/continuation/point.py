@@ -64,7 +64,8 @@ class Special:
     """A fold, branch point or event at `point`, between the points `before` and at `reach` along its tangent.
 
     modes (n, k): null vectors of unit length in the metric, of an event (n, 0); values (k,): their eigenvalues as
-    located; change: of the number of unstable modes across it; what: an event in words, or "".
+    located; change: of the number of unstable modes across it; what: an event in words, or ""; apart: where it stands
+    for several that are nearer to each other than is told apart, each of them, in order.
     """
 
     kind: Kind
@@ -75,6 +76,7 @@ class Special:
     reach: float
     change: int
     what: str = ""
+    apart: tuple[Special, ...] = field(default=(), repr=False)
 
 
 @dataclass(frozen=True)

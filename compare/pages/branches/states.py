@@ -10,6 +10,7 @@ import numpy as np
 from compare.page.table import Column, Table
 from compare.store.arrays import npz_bytes
 from compare.store.store import atomic_write_bytes
+from compare.studies.branches.bars import known
 from compare.studies.branches.measured import LINE
 from compare.studies.branches.states import Seen, States
 
@@ -19,6 +20,7 @@ _COLUMNS = (
     Column("state", "state", kind="integer"),
     Column("own", "own", kind="truth", legend="where the scene's seed leads"),
     Column("energy", "energy", "D w / l", "digits:8"),
+    Column("energy_error", "+-", "D w / l", "exponent:1", legend="to the limit of finer elements; - : not settled"),
     Column("unstable", "unstable modes", kind="integer"),
     Column("distance", "from its own", "l", "digits:3", legend="largest distance of points at the same s"),
     Column("image_of", "image of", kind="integer", legend="a state of the same energy"),
@@ -29,15 +31,26 @@ _COLUMNS = (
 def table(found: States) -> Table:
     """A row for every state, by energy."""
     rows = tuple(
-        (k, k == found.own, s.energy, s.unstable, s.distance, s.image_of, s.found_by) for k, s in enumerate(found.seen)
+        (k, k == found.own, s.energy, _error(s, "energy"), s.unstable, s.distance, s.image_of, s.found_by)
+        for k, s in enumerate(found.seen)
     )
     return Table("Equilibria that were seen", _COLUMNS, rows)
 
 
+def _error(seen: Seen, name: str) -> float | None:
+    return known(seen.bars, name) if seen.settles else None
+
+
 def sentences(found: States) -> list[str]:
-    """How many there are, whether one lies lower, and what a list is worth."""
+    """What is not settled, how many there are, whether one lies lower, and what a list is worth."""
     stable = sum(s.stable for s in found.seen)
-    said = [f"{len(found.seen)} equilibria were seen from {found.tries} starts, {stable} of them stable."]
+    said = []
+    if found.unsettled:
+        said.append(
+            f"Not settled: {found.unsettled} of {len(found.seen)} states are these elements' own; on finer ones their "
+            "energy, shape or stability is another, or there is none: take more elements (--set model.elements=N)."
+        )
+    said += [f"{len(found.seen)} equilibria were seen from {found.tries} starts, {stable} of them stable."]
     if found.lower:
         least = min(found.lower, key=_energy)
         said.append(
@@ -59,6 +72,7 @@ def record(found: States) -> dict[str, Any]:
     seen = [
         {
             "energy": s.energy, "unstable_modes": s.unstable, "stable": s.stable, "own": k == found.own,
+            "energy_error": _error(s, "energy"), "shape_error": _error(s, "shape"), "settles": s.settles,
             "distance": s.distance, "image_of": s.image_of, "found_by": s.found_by, "end": s.centreline[-1],
             "middle": s.centreline[LINE // 2], "shape": {"file": SHAPES, "row": k},
         }

@@ -107,6 +107,8 @@ class Branch:
             if point.kind in ("fold", "branch_point"):
                 more = max(1, len(point.critical))
                 now = point.unstable if now > point.unstable else now + more
+            elif point.kind == "ruling":
+                now = max(1, point.unstable)
             else:
                 now = point.unstable
             if point.kind != "regular" and bool(now) != bool(start):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +16,15 @@ from compare import registry
 from compare.continuation import bordered
 from compare.continuation.correct import first_point
 from compare.continuation.deflate import deflated
+from compare.continuation.finer import refined
 from compare.continuation.point import Options, Point
 from compare.continuation.system import System
 from compare.models.base import Shape, check_keys
 from compare.models.capabilities import Branches, BranchStart
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
-from compare.studies.branches.measured import LINE
+from compare.studies.branches.bars import Bars, Numbers, bars
+from compare.studies.branches.measured import HALVINGS, LINE
 from ribbonbench.errors import BadInput
 from ribbonbench.threads import alone
 
@@ -40,7 +42,9 @@ PUSHED = 0.3
 class Seen:
     """An equilibrium: energy (total, D w / l, without the constant of the natural curvature), number of unstable modes,
     distance (largest, of points at the same s, l) from the scene's own state, how it was found, of which one before it
-    is an image by its energy (None: of none), its centreline (101, 3) in l and its shape."""
+    is an image by its energy (None: of none), its centreline (101, 3) in l and its shape; bars: how far energy and shape
+    are from those of elements halved twice, which settle only where finer ones have as many unstable modes; those of
+    what it is an image of; None: not asked for, or no time."""
 
     energy: float
     unstable: int
@@ -49,6 +53,12 @@ class Seen:
     image_of: int | None
     centreline: FloatArray = field(repr=False)
     shape: Shape = field(repr=False, compare=False)
+    bars: Bars | None = None
+
+    @property
+    def settles(self) -> bool | None:
+        """Whether finer elements have this state too; None: not known."""
+        return None if self.bars is None else self.bars.settles
 
     @property
     def stable(self) -> bool:
@@ -65,6 +75,11 @@ class States:
     own: int
     tries: int
     complete: bool
+
+    @property
+    def unsettled(self) -> int:
+        """How many are these elements' own."""
+        return sum(s.settles is False for s in self.seen)
 
     @property
     def lower(self) -> tuple[Seen, ...]:
@@ -167,5 +182,25 @@ class _Search:
             ]
             off = float(np.linalg.norm(line - own_line, axis=1).max())
             image = alike[0] if alike else None
-            seen.append(Seen(energies[k], point.unstable, off, found_by, image, line, shape))
+            error = self._bars(point, line) if image is None else seen[image].bars
+            seen.append(Seen(energies[k], point.unstable, off, found_by, image, line, shape, error))
         return States(tuple(seen), order.index(0), self.tries, complete)
+
+    def _bars(self, point: Point, line: FloatArray) -> Bars | None:
+        """Of a state, by the same one on elements halved twice."""
+        if self.start.costly:
+            return None
+        s, here = np.linspace(0.0, 1.0, LINE), point
+        found: list[Numbers | None] = [Numbers(point.t, point.system.energy(point.z, point.t), line)]
+        same = True
+        for _ in range(HALVINGS):
+            if time.monotonic() > self.end:
+                return None
+            finer = refined(here, True, Options())
+            if finer is None:
+                break
+            energy = finer.system.energy(finer.z, finer.t)
+            found.append(Numbers(finer.t, energy, self.start.shape(finer).centreline(s)))
+            same, here = same and finer.unstable == point.unstable, finer
+        error = bars(found, True)
+        return error if same else replace(error, settles=False)

@@ -40,6 +40,19 @@ def test_an_arch_has_its_image_and_the_two_saddles_between_by_both_models(seen):
     for k in (0, 2):
         ribbon, elastica = (seen[model].seen[k].energy for model in ("wunderlich", "elastica"))
         assert ribbon == pytest.approx(elastica, rel=1e-4)
+        assert abs(ribbon - elastica) <= seen["wunderlich"].seen[k].bars.energy
+
+
+def test_a_state_is_settled_where_finer_elements_have_it_too(seen):
+    """Twists by whole turns that stand on the kinks of twelve segments of Sadowsky's strip are no states of it."""
+    scene = loads(ARCH).replace({"model.energy": "sadowsky", "model.elements": 12})
+    found = states(scene, tries=6)
+    assert found.seen[found.own].settles
+    assert found.unsettled > 0
+    for s in found.seen:
+        if s.image_of is not None:
+            assert s.bars is found.seen[s.image_of].bars
+    assert all(s.settles for s in seen["wunderlich"].seen[:4])
 
 
 def test_every_state_is_an_equilibrium_that_its_own_solver_confirms(seen):
