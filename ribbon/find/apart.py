@@ -107,7 +107,7 @@ def _placed(
     near = h / 8.0
     while near > _NEAREST * h and _too_deep(problem, minimum) and not spent():
         stations = [pair for _, pair in held(problem, minimum, _BAND * problem.apart, problem.pairs)]
-        pushing = _pushing_with(problem, minimum)
+        pushing = pushing_with(problem, minimum)
         rows, more = stations + [pair for pair, _ in pushing if not strands.is_station(problem, pair)], False
         for pair in strands.centres(problem, pushing, [pair for _, pair in nearness.least(problem, minimum.x, -DEPTH)]):
             for side in (-near, near):
@@ -256,7 +256,7 @@ def _pushes(problem: MixedProblem, minimum: Minimum | Equilibrium) -> FloatArray
     return np.empty(0) if where is None else -minimum.rows[where]
 
 
-def _pushing_with(problem: MixedProblem, minimum: Minimum) -> list[tuple[Pair, float]]:
+def pushing_with(problem: MixedProblem, minimum: Minimum) -> list[tuple[Pair, float]]:
     """The pairs that push, where they have gone, and with what (D w / l^2)."""
     push = _pushes(problem, minimum)
     least = max(_PUSHES, _CLEARLY * float(push.max(initial=0.0)))
@@ -265,7 +265,7 @@ def _pushing_with(problem: MixedProblem, minimum: Minimum) -> list[tuple[Pair, f
 
 def _pushing(problem: MixedProblem, minimum: Minimum) -> list[Pair]:
     """The pairs that push, where they have gone."""
-    return [pair for pair, _ in _pushing_with(problem, minimum)]
+    return [pair for pair, _ in pushing_with(problem, minimum)]
 
 
 def rows_of(old: MixedProblem, fresh: MixedProblem, minimum: Minimum | Equilibrium) -> FloatArray:

@@ -61,7 +61,7 @@ def places(
     ]
     on_lines = [pair for (_, pair), lies in zip(least, flat, strict=True) if lies] + before
     taken: list[tuple[float, Pair]] = []
-    for line in _lines(problem, stations):
+    for line in lines_of(problem, stations):
         if any(beside_any(problem, stations[k], on_lines) for k in line):
             taken += [(float(gaps[k]), stations[k]) for k in line]
     single = [pair for _, pair in own]
@@ -85,7 +85,7 @@ def centres(problem: MixedProblem, pushing: Sequence[tuple[Pair, float]], deep: 
     )
     found: list[Pair] = []
     lines: list[Pair] = []
-    for line in _lines(problem, [pair for pair, _ in held]):
+    for line in lines_of(problem, [pair for pair, _ in held]):
         pairs, force = [held[k][0] for k in line], np.array([held[k][1] for k in line])
         s, other = (np.array([pair[column] for pair in pairs]) for column in (0, 2))
         if s[-1] - s[0] < 1.5 * float(problem.lengths.max()):
@@ -163,7 +163,7 @@ def _valleys(j: NDArray[np.int64], distance: FloatArray) -> list[int]:
     return found
 
 
-def _lines(problem: MixedProblem, stations: Sequence[Pair]) -> list[list[int]]:
+def lines_of(problem: MixedProblem, stations: Sequence[Pair]) -> list[list[int]]:
     """Stations, in order of s, that follow each other on two strands, together."""
     h = float(problem.lengths.max())
     found: list[list[int]] = []

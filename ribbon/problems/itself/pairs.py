@@ -318,6 +318,10 @@ class PairRows:
             t[:, 2 * side] = self._starts[self.segments[side]] + np.clip(t[:, 2 * side], 0.0, own)
         return np.asarray(t)
 
+    def free_places(self, x: FloatArray) -> FloatArray:
+        """(s, s_other) (k, 2) of the nearest places, beyond their segments too, as far as the search goes."""
+        return np.asarray(self._at(x)["t"][:, ::2] + self._starts[self.segments.T])
+
     def gaps(self, x: FloatArray) -> FloatArray:
         """By how much (k,) the places are farther from each other than `distance`, l."""
         one, other = self.ends(x)

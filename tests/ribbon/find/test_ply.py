@@ -10,6 +10,8 @@ import pytest
 from ribbon import Clamp, Strip
 from ribbon.energies.section.rod import stiffnesses
 from ribbon.find.continuation import follow
+from ribbon.find.jointed.path import refined
+from ribbon.find.jointed.rounds import Jointed, begun, settled
 from ribbon.find.solve import build, solve
 from ribbon.judge import nearness, strands
 from ribbon.problems.itself.pairs import Pair
@@ -87,6 +89,25 @@ def test_the_force_does_not_depend_on_the_segments(pointed):
     fine = wound(70, (1.5,))[1.5]
     assert pushes(fine).sum() == pytest.approx(pushes(pointed[1.5]).sum(), rel=5e-4)
     assert fine.pairs[0].s == pytest.approx(pointed[1.5].pairs[0].s, abs=5e-5)
+
+
+def test_joints_follow_and_the_error_falls_by_sixteen(pointed):
+    """With joints at both places of contact a force acts within no segment: the energy's order is four."""
+    equal, length = pointed[2.45], 1.0 / 50
+    first = settled(folded(2.45, 50), Jointed(equal, begun(equal), length))
+    places = np.array(first.touching.places)
+    joints = np.cumsum(first.state.problem.lengths)
+    assert len(places) == 2
+    assert max(np.abs(joints - place).min() for place in places.ravel()) < 2e-4 * length
+    second = refined(folded(2.45, 50), first)
+    third = refined(folded(2.45, 50), second)
+    energies = np.array([each.state.energy.total for each in (first, second, third)])
+    assert 10.0 < (energies[0] - energies[1]) / (energies[1] - energies[2]) < 25.0
+    limit = energies[2] - (energies[1] - energies[2]) / 15.0
+    assert abs(equal.energy.total - limit) > 3.0 * abs(energies[0] - limit)
+    assert third.state.ok
+    forces = np.array([each.pushes.sum() for each in (first, second, third)])
+    assert abs(forces[1] - forces[2]) < 0.25 * abs(forces[0] - forces[1])
 
 
 def test_rows_are_smooth_beyond_a_joint():

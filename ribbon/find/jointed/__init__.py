@@ -1,0 +1,1 @@
+"""A round rod that touches itself on segments that follow the places of contact: joints stand where a force acts."""

@@ -1,0 +1,160 @@
+"""Where a round rod touches itself, as unknowns of its segments: places of their own, and lines with two ends.
+
+A force across bends the curvature's slope: within a segment it costs the order, at a joint nothing. So each place of
+contact is a joint on both strands, and of a line every station and the place that faces it. A line ends where the gap
+leaves zero with its third derivative: outside of its end, at a distance t from it,
+
+    g(t) = g_1 t + g_2 t^2 / 2 + g_3 t^3 / 6 ,   g_1 = g_2 = 0 ,   g_3 > 0 ,
+
+since nothing exerts a moment at a point; the force there makes g_3 vanish inside. On a line that is too long g_2 > 0,
+on one that is too short g_2 < 0. Between stations the push is shared out to them, as by supports of a beam.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbon.judge import nearness
+from ribbon.problems.itself.pairs import Pair
+from ribbon.problems.mixed import MixedProblem
+
+FloatArray = NDArray[np.float64]
+
+#: Where, over a segment, the gap outside of a line's end is looked at.
+_LOOKS = np.array([0.25, 0.5, 0.75, 0.95])
+#: Segments from one place to the next, at the least.
+_LEAST = 4
+#: Length of the segments on lines over that beside them: what sags between stations falls with its fourth power.
+_SHARE = 0.5
+#: Part of a segment below which two places are one.
+_SAME = 0.05
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of contact: its first and last abscissa on the strand that comes first, segments between them, and the
+    abscissae (segments + 1,) on the other strand that face its joints."""
+
+    begin: float
+    end: float
+    facing: tuple[float, ...]
+
+    @property
+    def segments(self) -> int:
+        """Between its ends."""
+        return len(self.facing) - 1
+
+    @property
+    def stations(self) -> FloatArray:
+        """Abscissae (segments + 1,) of its joints."""
+        return np.linspace(self.begin, self.end, self.segments + 1)
+
+    def on(self, segments: int) -> Line:
+        """The same line on other segments."""
+        facing = np.interp(np.linspace(self.begin, self.end, segments + 1), self.stations, self.facing)
+        return replace(self, facing=tuple(map(float, facing)))
+
+    def to(self, begin: float, end: float) -> Line:
+        """The line between other ends, what faces it continued straight."""
+        s, facing = self.stations, np.array(self.facing)
+        new = np.linspace(begin, end, s.size)
+        out = np.interp(new, s, facing)
+        for side, first, second in ((new < s[0], 0, 1), (new > s[-1], -1, -2)):
+            slope = (facing[first] - facing[second]) / (s[first] - s[second])
+            out[side] = facing[first] + slope * (new[side] - s[first])
+        return Line(begin, end, tuple(map(float, out)))
+
+
+@dataclass(frozen=True)
+class Touching:
+    """Places of their own, (s, s') with s < s', and lines."""
+
+    places: tuple[tuple[float, float], ...] = ()
+    lines: tuple[Line, ...] = ()
+
+    def pairs(self) -> tuple[Pair, ...]:
+        """Rows: places that slide, then the stations of each line."""
+        out = [Pair(s, 0.0, other, 0.0, True) for s, other in self.places]
+        for line in self.lines:
+            out += [
+                Pair(float(s), 0.0, other, 0.0, True, True) for s, other in zip(line.stations, line.facing, strict=True)
+            ]
+        return tuple(out)
+
+    def on(self, length: float) -> Touching:
+        """With segments on its lines for ones of about this length beside them."""
+        return replace(
+            self, lines=tuple(line.on(_count(line.end - line.begin, _SHARE * length)) for line in self.lines)
+        )
+
+    def doubled(self) -> Touching:
+        """With twice the segments on its lines."""
+        return replace(self, lines=tuple(line.on(2 * line.segments) for line in self.lines))
+
+
+def _count(gap: float, length: float, least: int = _LEAST) -> int:
+    return max(least, round(gap / length - 1e-6))
+
+
+def joints(
+    touching: Touching, length: float, ring: bool, counts: tuple[int, ...] = ()
+) -> tuple[FloatArray, tuple[int, ...]]:
+    """Joints (p + 1,) of which one is at each place of contact, on both strands, and on lines at all that face each
+    other; between them equal segments of about `length`, or `counts` of them; and how many. ring: one halfway too."""
+    fixed = {0.0: 0, 1.0: 0}
+    if ring:
+        fixed[0.5] = 0
+    inside: list[FloatArray] = []
+    for s, other in touching.places:
+        fixed[s] = fixed[other] = 0
+    for line in touching.lines:
+        for each in (line.stations, np.array(line.facing)[::-1]):
+            inside.append(each)
+            fixed[float(each[0])] = fixed[float(each[-1])] = 0
+    own = sorted(fixed)
+    near = _SAME * length
+    ends = [own[0]] + [b for a, b in pairwise(own) if b - a > near]
+    ends[-1] = 1.0
+    out, found = [np.array([0.0])], []
+    for a, b in pairwise(ends):
+        line = [each for each in inside if abs(each[0] - a) < near and abs(each[-1] - b) < near]
+        if line:
+            out.append(line[0][1:])
+            continue
+        count = counts[len(found)] if len(counts) > len(found) else _count(b - a, length)
+        found.append(count)
+        out.append(np.linspace(a, b, count + 1)[1:])
+    return np.concatenate(out), tuple(found)
+
+
+def slid(problem: MixedProblem, x: FloatArray, touching: Touching) -> Touching:
+    """What touches where it has gone: places beyond their joints too; the ends of lines as they are."""
+    rows = problem.pair_rows()
+    at = rows.free_places(x)
+    count = len(touching.places)
+    places = tuple((float(s), float(other)) for s, other in at[:count])
+    lines = []
+    for line in touching.lines:
+        own = at[count : count + line.segments + 1]
+        count += line.segments + 1
+        lines.append(replace(line, facing=tuple(map(float, own[:, 1]))))
+    return Touching(places, tuple(lines))
+
+
+def leaving(problem: MixedProblem, x: FloatArray, line: Line) -> FloatArray:
+    """How the gap leaves zero outside of both ends of a line: (g_1, g_2, g_3) (2, 3), l^(1 - k)."""
+    starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
+    out = np.zeros((2, 3))
+    for k, (s, facing, way) in enumerate(((line.begin, line.facing[0], -1), (line.end, line.facing[-1], 1))):
+        i = problem.segment_at(s + way * 0.5 * problem.lengths.min())
+        t = _LOOKS * float(min(abs(starts[i + (way > 0)] - s), problem.lengths[i]))
+        guess = [Pair(float(s + way * d), 0.0, float(facing - way * d), 0.0, True, True) for d in t]
+        gaps, found = nearness.narrowed(problem, x, guess)
+        if len(found) < t.size:
+            continue
+        out[k] = np.linalg.lstsq(np.stack([t, t**2 / 2.0, t**3 / 6.0], axis=1), gaps, rcond=None)[0]
+    return out

@@ -1,0 +1,56 @@
+"""A round rod on segments that follow its places of contact: joints stand where a force acts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ribbon.find.jointed.path import followed
+from ribbon.find.jointed.rounds import Jointed, begun, settled
+from ribbon.find.jointed.touching import Line, Touching, joints
+from tests.ribbon.find.test_ply import folded, wound
+
+SEGMENTS, TURNS = 40, 2.45
+
+
+@pytest.fixture(scope="module")
+def two():
+    """A folded rod with two places of contact, on equal segments and on those that follow them."""
+    state = wound(SEGMENTS, (TURNS,))[TURNS]
+    return state, settled(folded(TURNS, SEGMENTS), Jointed(state, begun(state), 1.0 / SEGMENTS))
+
+
+@pytest.mark.validate
+def test_followed_to_and_fro_is_the_same_state(two):
+    _, first = two
+    there, away = followed(lambda t: folded(t, SEGMENTS), first, TURNS, TURNS + 0.1, 0.05)
+    assert there == TURNS + 0.1
+    assert away.state.energy.total > first.state.energy.total + 1.0
+    _, back = followed(lambda t: folded(t, SEGMENTS), away, TURNS + 0.1, TURNS, 0.05)
+    assert back.state.energy.total == pytest.approx(first.state.energy.total, rel=1e-6)
+    assert np.sort(back.pushes) == pytest.approx(np.sort(first.pushes), rel=1e-3)
+
+
+@pytest.mark.validate
+def test_what_pulls_is_let_go(two):
+    """A place that is held where nothing touches pulls, and is left out."""
+    _, first = two
+    (s, other), (t, _) = first.touching.places
+    wrong = Touching((*first.touching.places, (s - 2.0 * (t - s), other + 2.0 * (t - s))))
+    found = settled(folded(TURNS, SEGMENTS), replace(first, touching=wrong, counts=()))
+    assert found is None or len(found.touching.places) == 2
+
+
+def test_joints_of_a_line_face_each_other():
+    line = Line(0.2, 0.26, (0.81, 0.785, 0.77, 0.74))
+    s, counts = joints(Touching(((0.1, 0.9),), (line,)), 0.02, False)
+    assert np.abs(s[:, None] - [0.1, 0.9, 0.2, 0.22, 0.24, 0.26, 0.81, 0.785, 0.77, 0.74]).min(axis=0).max() < 1e-14
+    assert s[0] == 0.0
+    assert s[-1] == pytest.approx(1.0, abs=1e-14)
+    assert (np.diff(s) > 0.0).all()
+    assert sum(counts) + 2 * line.segments == s.size - 1
+    longer = line.to(0.18, 0.28)
+    assert longer.facing[0] == pytest.approx(0.81 + 0.02 * 1.25)
+    assert longer.segments == line.segments
