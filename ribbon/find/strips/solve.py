@@ -70,6 +70,11 @@ def solve(
 ) -> StripsEquilibrium:
     """Equilibrium of several strips; arguments as of `assembled`. leave_saddle: follow its unstable mode to a stable
     state; budget: time in s on the processor. `RibbonInputError` on bad input."""
+    if any(wall.friction for wall in walls):
+        raise RibbonInputError(
+            "walls", len(walls), "friction acts along a path only (`ribbon.find.strips.path`): without one every state "
+            "within mu N is an equilibrium",
+        )  # fmt: skip
     problem = assembled(members, joints, gravity, energy, apart, rulings, walls, **choices)
     with within(budget):
         best: StripsEquilibrium | None = None
@@ -343,9 +348,21 @@ def _fields(problem: StripsProblem) -> Iterator[slice]:
 def refined(state: StripsEquilibrium, parts: int = 2) -> StripsEquilibrium:
     """The same strips on segments cut into `parts`, begun at `state`."""
     old = state.problem
-    fresh = old.with_parts([{"lengths": np.repeat(part.lengths / parts, parts), "touching": ()} for part in old.parts])
-    x = np.concatenate([transferred(part, old.own(state.x, k), fresh.parts[k]) for k, part in enumerate(old.parts)])
-    return judged(*settled(*_found(fresh, x, {"mu_init": 1e-5}, None)))
+    fresh = old.with_parts(
+        [{"lengths": np.repeat(part.lengths / parts, parts), "touching": (), "rubs": ()} for part in old.parts]
+    )
+    if state.before is not None:
+        from ribbon.find.strips import rubbing  # which solves by this module
+
+        return rubbing.finer(fresh, state)
+    return judged(*settled(*_found(fresh, carried(state, fresh), {"mu_init": 1e-5}, None)))
+
+
+def carried(state: StripsEquilibrium, fresh: StripsProblem) -> FloatArray:
+    """The unknowns of `fresh`, the same strips on other segments, in the shape of `state`."""
+    old = state.problem
+    each = [transferred(part, old.own(state.x, k), fresh.parts[k]) for k, part in enumerate(old.parts)]
+    return np.concatenate(each)
 
 
 def distance(one: StripsEquilibrium, other: StripsEquilibrium) -> float:
