@@ -64,7 +64,7 @@ class StripsScene:
             f"{name}: {note}"
             for name, strip in zip(self.names, self.strips, strict=True)
             for note in strip.notes()
-            if "[shell]" not in note
+            if "[shell]" not in note and not (self.stages and "begins through" in note)  # a path says where it goes
         )
 
     def end_name(self, end: tuple[int, int]) -> str:
