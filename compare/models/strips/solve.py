@@ -70,7 +70,7 @@ def solved(
 
     `BadInput` for what cannot be; whatever the minimiser meets is a status of the result."""
     from ribbon import RibbonInputError
-    from ribbon.find.strips import solve as strips
+    from ribbon.find.strips.finer import with_error
     from ribbon.solvers import choose
 
     check_model(scene)
@@ -81,7 +81,7 @@ def solved(
             first = time.perf_counter() - clock
             if error and say is not None:
                 say("the same strips on elements half as long")
-            found = strips.with_error(found) if error else found
+            found = with_error(found) if error else found
     except RibbonInputError as refusal:
         raise BadInput(_KEYS.get(refusal.key, refusal.key), refusal.value, refusal.remedy) from None
     seconds = {"first": first, "error": time.perf_counter() - clock - first}

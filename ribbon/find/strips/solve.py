@@ -345,17 +345,9 @@ def _fields(problem: StripsProblem) -> Iterator[slice]:
         yield slice(int(problem.offsets[k]) + at.start, int(problem.offsets[k]) + at.stop, at.step)
 
 
-def refined(state: StripsEquilibrium, parts: int = 2) -> StripsEquilibrium:
-    """The same strips on segments cut into `parts`, begun at `state`."""
-    old = state.problem
-    fresh = old.with_parts(
-        [{"lengths": np.repeat(part.lengths / parts, parts), "touching": (), "rubs": ()} for part in old.parts]
-    )
-    if state.before is not None:
-        from ribbon.find.strips import rubbing  # which solves by this module
-
-        return rubbing.finer(fresh, state)
-    return judged(*settled(*_found(fresh, carried(state, fresh), {"mu_init": 1e-5}, None)))
+def begun_near(problem: StripsProblem, x: FloatArray) -> StripsEquilibrium:
+    """The equilibrium of `problem` beside x."""
+    return judged(*settled(*_found(problem, x, {"mu_init": 1e-5}, None)))
 
 
 def carried(state: StripsEquilibrium, fresh: StripsProblem) -> FloatArray:
@@ -371,11 +363,3 @@ def distance(one: StripsEquilibrium, other: StripsEquilibrium) -> float:
     return max(
         float(np.linalg.norm(one.positions(k, s) - other.positions(k, s), axis=1).max()) for k in range(len(one.strips))
     )
-
-
-def with_error(state: StripsEquilibrium) -> StripsEquilibrium:
-    """The state with its distance from the same strips on segments half as long; not known where they find none."""
-    if not state.ok:
-        return state
-    finer = refined(state)
-    return replace(state, error=distance(state, finer)) if finer.ok else state

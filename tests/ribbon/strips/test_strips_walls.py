@@ -9,7 +9,7 @@ from ribbon import Clamp, Gravity, RibbonInputError, Strip, Wall, solve
 from ribbon.find.continuation import switch
 from ribbon.find.friction import path as rubbing_alone
 from ribbon.find.solve import build, solve_from
-from ribbon.find.strips import path
+from ribbon.find.strips import finer, path
 from ribbon.find.strips import solve as strips
 from ribbon.find.strips.assemble import Member, assembled
 from ribbon.obstacle import Obstacle
@@ -159,7 +159,7 @@ def test_a_cut_strip_rubs_as_the_uncut_one(mu, shift):
     there = np.vstack([one.position((k + S) / 2) for k in range(2)])
     assert np.abs(places(found, 2) - there).max() < 1e-8
     if not shift:
-        assert 0.0 < strips.with_error(found).error < 1e-4
+        assert 0.0 < finer.with_error(found).error < 1e-4
 
 
 def test_strips_that_no_clamp_holds_have_no_wall():
