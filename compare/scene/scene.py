@@ -23,6 +23,7 @@ from compare.scene.declare import Kind
 from compare.scene.inputs.known import check_known
 from compare.scene.inputs.plausible import implausible
 from compare.scene.inputs.source import name_of, shipped, text_of, text_of_shipped
+from compare.scene.inputs.through import begins_through
 from compare.scene.inputs.without_effect import without_effect
 from compare.scene.keys import KEYS, contract_name
 from compare.scene.planar import nonplanar_reason
@@ -53,7 +54,7 @@ class Scene(SceneData):
     def notes(self) -> tuple[str, ...]:
         """One line for every given value that has no effect on the result, so that none is ignored silently, and for
         every one that can hardly be meant (a slip of units), with what probably was."""
-        return without_effect(self) + implausible(self)
+        return without_effect(self) + implausible(self) + begins_through(self)
 
     def given(self) -> frozenset[str]:
         """The dotted keys that the scene sets, be it to their default, as `KEYS` names them: a key of any wall is

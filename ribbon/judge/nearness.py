@@ -89,23 +89,29 @@ def _facing_once(
     problem: MixedProblem, s: FloatArray, turned: FloatArray, gaps: FloatArray, places: list[Pair], below: float
 ) -> list[tuple[float, Pair]]:
     """The pairs nearer than `below` that face each other, the nearest first, each once."""
-    kept: list[tuple[float, Pair]] = []
+    if not places:
+        return []
+    each = np.array([pair[:4] for pair in places], dtype=float)
+    one, two = (np.interp([getattr(pair, side) for pair in places], s, turned) for side in ("s", "s_other"))
+    counts = (gaps < below) & facing(problem, one, two, turned[-1])
+    kept = np.empty(len(places), dtype=np.int64)
+    count = 0
     for k in np.argsort(gaps, kind="stable"):
-        pair = places[k]
-        one, two = np.interp([pair.s, pair.s_other], s, turned)
-        if (
-            gaps[k] < below
-            and facing(problem, one, two, turned[-1])
-            and not any(same(problem, pair, known) for _, known in kept)
-        ):
-            kept.append((float(gaps[k]), pair))
-    return kept
+        if counts[k] and not _same(problem, each[kept[:count]], each[k]).any():
+            kept[count] = k
+            count += 1
+    return [(float(gaps[k]), places[k]) for k in kept[:count]]
 
 
 def same(problem: MixedProblem, one: Pair, other: Pair) -> bool:
     """Whether two pairs are the same places, within a twentieth of a segment."""
+    return bool(_same(problem, np.array([one[:4]], dtype=float), np.array(other[:4], dtype=float))[0])
+
+
+def _same(problem: MixedProblem, some: FloatArray, other: FloatArray) -> NDArray[np.bool_]:
+    """Which of some places (k, 4) are those of another (4,)."""
     near = 0.05 * float(problem.lengths.min())
-    return all(abs(a - b) < near for a, b in zip(one[:4], other[:4], strict=True))
+    return np.asarray((np.abs(some - other) < near).all(axis=1))
 
 
 def _narrowed(

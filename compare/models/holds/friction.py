@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -30,12 +30,10 @@ def rubs(scene: Scene) -> bool:
     return any(name.endswith(".friction") and value for stage in scene.path for name, value in stage.items())
 
 
-def refused(scene: Scene) -> BadInput | None:
-    """Why a scene with friction is not for the ribbon; None: it is, or it has none."""
-    if not rubs(scene):
-        return None
+def without_way(scene: Scene, has_path: bool) -> BadInput | None:
+    """Why friction of a scene cannot act: no path leads to it, or it is of edges; None: it can, or there is none."""
     key, value = next(_coefficients(scene), ("path", None))
-    if not scene.path:
+    if value and not has_path:
         return BadInput(
             key, value, "needs a [[path]]: how a strip that rubs lies depends on the way there, and without one "
             "every state within mu N is an equilibrium",
@@ -48,6 +46,32 @@ def refused(scene: Scene) -> BadInput | None:
                 f"{name}.friction", obstacle.friction, f'is of an obstacle of kind = "{obstacle.kind}", whose edges '
                 "have no one direction along them", "leave it out; walls, cylinders and spheres may have friction",
             )  # fmt: skip
+    return None
+
+
+def several_refused(scenes: Sequence[Scene], apart: bool) -> BadInput | None:
+    """Why several strips with friction are not computed; scenes: the first strip's in every stage of their path, then
+    in the scene itself; apart: whether strips are kept apart. None: they are, or have none."""
+    for scene in scenes:
+        refusal = without_way(scene, len(scenes) > 1)
+        if refusal is None and apart:
+            for key, value in _coefficients(scene):
+                return BadInput(
+                    key, value, "and contact between strips are not known together", "leave one of the two out"
+                )
+        if refusal is not None:
+            return refusal
+    return None
+
+
+def refused(scene: Scene) -> BadInput | None:
+    """Why a scene with friction is not for the ribbon; None: it is, or it has none."""
+    if not rubs(scene):
+        return None
+    key, value = next(_coefficients(scene), ("path", None))
+    refusal = without_way(scene, bool(scene.path))
+    if refusal is not None:
+        return refusal
     if scene.model.tolerance is not None:
         return BadInput(
             "model.tolerance", scene.model.tolerance, "places elements at the end of a path, and with friction the "

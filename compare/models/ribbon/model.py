@@ -367,6 +367,10 @@ class RibbonModel(Model):
         except RibbonInputError as error:
             if error.key == "seed_curvature":
                 given = scene.seed.curvature
+                rest = scene.strip.natural_curvature
+                if given is None and any(rest):
+                    value = rest[0] if len(set(rest)) == 1 else list(rest)
+                    raise BadInput("strip.natural_curvature", value, error.remedy) from None
                 raise BadInput("seed.curvature", None if given is None else list(given), error.remedy) from None
             raise BadInput("scene", scene.name, str(error)) from None
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from compare.models.holds.friction import several_refused
 from compare.models.ribbon.build import has_free_twist, ribbon_energy, ribbon_walls
 from compare.registry import USUAL, chosen_by
 from compare.scene.data import frame_of
@@ -21,13 +22,16 @@ from ribbonbench.errors import BadInput
 
 
 def check_model(scene: StripsScene) -> None:
-    """Refuses energies that are not the ribbon's, and strips without the thickness that theirs needs."""
+    """Refuses energies that are not the ribbon's, friction that has no way, strips without the thickness they need."""
     first = scene.first
     if chosen_by(first.model.energy).name != USUAL:
         raise BadInput(
             "model.energy", first.model.energy, "is no energy of the ribbon, which alone knows several strips",
             'give one of the ribbon\'s, e.g. "wunderlich" or "kirchhoff"',
         )  # fmt: skip
+    refusal = several_refused([stage.first for stage in (*scene.stages, scene)], scene.distance is not None)
+    if refusal is not None:
+        raise refusal
     for name, strip in zip(scene.names, scene.strips, strict=True):
         if has_free_twist(strip) and strip.strip.thickness is None:
             about = KEYS["strip.thickness"]

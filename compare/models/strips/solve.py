@@ -70,7 +70,7 @@ def solved(
 
     `BadInput` for what cannot be; whatever the minimiser meets is a status of the result."""
     from ribbon import RibbonInputError
-    from ribbon.find.strips import solve as strips
+    from ribbon.find.strips.finer import with_error
     from ribbon.solvers import choose
 
     check_model(scene)
@@ -81,7 +81,7 @@ def solved(
             first = time.perf_counter() - clock
             if error and say is not None:
                 say("the same strips on elements half as long")
-            found = strips.with_error(found) if error else found
+            found = with_error(found) if error else found
     except RibbonInputError as refusal:
         raise BadInput(_KEYS.get(refusal.key, refusal.key), refusal.value, refusal.remedy) from None
     seconds = {"first": first, "error": time.perf_counter() - clock - first}
@@ -103,12 +103,16 @@ def _found(scene: StripsScene, leave_saddle: bool, say: Callable[[str], object] 
         return assembled(**arguments(between(t)))
 
     budget, begin = scene.first.model.budget, scene.stages[0] if scene.stages else scene
-    state = strips.solve(**arguments(begin), leave_saddle=leave_saddle, budget=budget)
+    first = arguments(begin)
+    first["walls"] = [replace(wall, friction=0.0) for wall in first["walls"]]  # put there without
+    state = strips.solve(**first, leave_saddle=leave_saddle, budget=budget)
     went: list[Went] = []
     for number in range(len(scene.stages)):
         if state.status.code not in _STATIONARY:
             why = f"the way ended before stage {number + 2} of {len(scene.stages) + 1}: {state.message}"
             return replace(state, message=why), tuple(went)
+        if number + 1 == len(scene.stages) and scene.ends_at_its_last_stage:
+            break  # increments that change nothing would only forget how it came there
         if say is not None:
             say(f"stage {number + 2} of {len(scene.stages) + 1}")
         between = leg(scene, number)
@@ -146,6 +150,9 @@ def _balance(scene: StripsScene, found: Any, k: int) -> float:
     places = over * (_middle(strip, s) if scene.first.gravity and scene.first.gravity.exact else strip.position(s))
     pushes = [
         Push(wall.normals, wall.force, wall.points) for wall in walls_of_strip(scene, found, k) if len(wall.points)
+    ]
+    wrenches += [
+        Wrench(rub.point, rub.friction, np.zeros(3)) for wall in walls_of_strip(scene, found, k) for rub in wall.rubs
     ]
     return left_over(places, unit / over * scene.strips[k].gamma, scene.up, wrenches, pushes)
 

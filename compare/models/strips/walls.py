@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,9 @@ FloatArray = NDArray[np.float64]
 @dataclass(frozen=True)
 class OnStrip:
     """What a wall exerts on one strip: force (3,), moment (3,) about the origin, where it touches: points (m, 3),
-    normals (m, 3) there and pushes (m,), and contacts (k,), abscissae in the strip's own l."""
+    normals (m, 3) there and pushes (m,), and contacts (k,), abscissae in the strip's own l; rubs: its places with
+    friction, `ribbon.forces.RubForce`, s and v in the strip's own l, all else in the units of the first one. Force and
+    moment are without friction."""
 
     name: str
     force: FloatArray
@@ -26,6 +28,7 @@ class OnStrip:
     normals: FloatArray
     pushes: FloatArray
     contacts: FloatArray
+    rubs: tuple[Any, ...] = ()
 
 
 def walls_of_strip(scene: StripsScene, found: Any, k: int) -> list[OnStrip]:
@@ -45,5 +48,13 @@ def walls_of_strip(scene: StripsScene, found: Any, k: int) -> list[OnStrip]:
             normals = bodies[number - len(first.walls)].facing(points)[1] if len(points) else points
         force = unit / over * np.asarray(wall.force, dtype=float)
         moment = np.cross(points, pushes[:, None] * normals).sum(axis=0) if wall.moment is None else unit * wall.moment
-        result.append(OnStrip(name, force, np.asarray(moment), points, normals, pushes, np.asarray(wall.contacts)))
+        rubs = tuple(
+            replace(
+                rub, point=over * rub.point, push=unit / over * rub.push, friction=unit / over * rub.friction,
+                slip=over * rub.slip,
+            )
+            for rub in wall.rubs or ()
+        )  # fmt: skip
+        contacts = np.asarray(wall.contacts)
+        result.append(OnStrip(name, force, np.asarray(moment), points, normals, pushes, contacts, rubs))
     return result

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from compare.measure.grades import GOOD, POOR, UNKNOWN, worst
 from compare.measure.grid import Grid
 from compare.models.strips.solve import StripsState
-from compare.models.strips.walls import walls_of_strip
+from compare.models.strips.walls import OnStrip, walls_of_strip
 from compare.page.drawing import pictured
 from compare.page.page import STRIP, Picture, Surface
 from compare.page.study import RESULT, Study
@@ -90,7 +91,8 @@ def rows(state: StripsState, units: Units | None = None) -> list[tuple[str, str]
     ]
     for wall in walls(state):
         touched = ", ".join(f"{name} at {len(own['contacts'])}" for name, own in wall["strips"].items())
-        text = f"{_vector(wall['force'])} D w / l^2; {touched or 'touches nothing'}"
+        along = f", friction {_vector(wall['friction'])}" if "friction" in wall else ""
+        text = f"{_vector(wall['force'])}{along} D w / l^2; {touched or 'touches nothing'}"
         found.append((f"force of {wall['name']}", text))
     return [*found, ("units", f"l and D w of the strip {state.scene.names[0]}")]
 
@@ -144,6 +146,7 @@ def result(state: StripsState) -> dict[str, Any]:
         **whys,
         "left_saddle": native.left,
         **({"path": [vars(one) for one in state.went]} if scene.stages else {}),
+        **({} if native.rubbed is None else {"friction_lost": native.rubbed}),
         "strips": {name: _strip(state, k) for k, name in enumerate(scene.names)},
         "joints": [_joint(state, k) for k in range(len(scene.joints))] if state.is_equilibrium else None,
         "contact": _contact(state) if state.is_equilibrium else None,
@@ -176,7 +179,7 @@ def walls(state: StripsState) -> list[dict[str, Any]]:
         touched = {
             strip: {
                 "force": wall.force, "moment": wall.moment, "contacts": wall.contacts, "points": wall.points,
-                "pushes": wall.pushes,
+                "pushes": wall.pushes, **friction_of([wall]), **({"rubs": each_rub(wall)} if wall.rubs else {}),
             }
             for strip, wall in own.items()
             if len(wall.points)
@@ -186,10 +189,28 @@ def walls(state: StripsState) -> list[dict[str, Any]]:
                 "name": name,
                 "force": np.sum([wall.force for wall in own.values()], axis=0),
                 "moment": np.sum([wall.moment for wall in own.values()], axis=0),
+                **friction_of(list(own.values())),
                 "strips": touched,
             }
         )
     return found
+
+
+def friction_of(sides: Sequence[OnStrip]) -> dict[str, Any]:
+    """The friction of a wall on strips; nothing where it has none."""
+    rubs = [rub.friction for side in sides for rub in side.rubs]
+    return {"friction": np.sum(rubs, axis=0)} if rubs else {}
+
+
+def each_rub(side: OnStrip) -> list[dict[str, Any]]:
+    """The places of a strip that rub on a wall."""
+    return [
+        {
+            "s": rub.s, "v": rub.v, "point": rub.point, "push": rub.push, "friction": rub.friction, "slip": rub.slip,
+            "state": "slips" if rub.slips else "sticks",
+        }
+        for rub in side.rubs
+    ]  # fmt: skip
 
 
 def _pose(state: StripsState, k: int, s: float) -> dict[str, Any]:

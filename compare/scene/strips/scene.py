@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -64,7 +64,7 @@ class StripsScene:
             f"{name}: {note}"
             for name, strip in zip(self.names, self.strips, strict=True)
             for note in strip.notes()
-            if "[shell]" not in note
+            if "[shell]" not in note and not (self.stages and "begins through" in note)  # a path says where it goes
         )
 
     def end_name(self, end: tuple[int, int]) -> str:
@@ -75,6 +75,12 @@ class StripsScene:
         """Whether a clamp holds an end."""
         scene = self.strips[end[0]]
         return (scene.clamp_start if end[1] == 0 else scene.clamp_end) is not None
+
+    @property
+    def ends_at_its_last_stage(self) -> bool:
+        """Whether the last stage of its path is the scene itself."""
+        alone = replace(self, stages=(), steps=())
+        return bool(self.stages) and self.stages[-1].canonical() == alone.canonical()
 
     def to_toml(self) -> str:
         """TOML text; `read` gives back the same scene."""

@@ -14,8 +14,8 @@ OWN = ("clamp", "seed", "tip")
 _NOT = ("second_moment", "transverse_curvature")
 #: Keys of [model] and of [gravity] that are known.
 _MODEL = ("energy", "stiffness", "in_plane", "elements", "budget", "solver")
-#: Keys of [[wall]] and [[obstacle]] that are not: plates on springs, and friction.
-_NOT_OF_WALLS = ("stiffness", "friction")
+#: Keys of [[wall]] that are not: plates on springs.
+_NOT_OF_WALLS = ("stiffness",)
 _CLAMP = ("position", "frame", "tangent", "normal", "ruling")
 #: Keys of [tip] that are: a tension has no direction of its own here, a moment of fixed direction no energy.
 _TIP = ("mass", "load", "force")

@@ -52,7 +52,7 @@ def increment(problem: MixedProblem, state: Equilibrium, history: History, how: 
     Begun from the shape of `state`. Not converged where no minimum is found, or bounds and friction do not settle."""
     how = replace(how, options={"max_iter": _STEPS, **(how.options or {})})
     with choose.using("newton" if choose.asked() == "auto" else None):  # what it does not find a shorter step may
-        return _settled(problem.with_changes(rubs=_again(problem, state, history)), state, history, how)
+        return _settled(problem.with_changes(rubs=again(problem, state, history)), state, history, how)
 
 
 def _settled(problem: MixedProblem, state: Equilibrium, history: History, how: How) -> Equilibrium:
@@ -103,7 +103,7 @@ def _next(problem: MixedProblem, rubs: tuple[Rub, ...], minimum: Minimum, how: H
     return fresh, relax.from_near(fresh, minimum.x, how.options, how.progress)
 
 
-def _again(problem: MixedProblem, state: Equilibrium, history: History) -> tuple[Rub, ...]:
+def again(problem: MixedProblem, state: Equilibrium, history: History) -> tuple[Rub, ...]:
     """What rubbed at the end of the last increment, to begin this one with: where the same particles were there."""
     old = state.problem
     if not isinstance(old, MixedProblem) or len(old.walls) != len(problem.walls) or state.rows.size != old.row_count:

@@ -152,9 +152,15 @@ def begins(problem: Problem, omega: NDArray[np.float64], eta: NDArray[np.float64
     near = nearness.minima(problem, relax.placed(problem, omega, eta), -_THROUGH * problem.apart)
     if near:
         gap, pair = near[0]
+        at_rest = isinstance(seed.curvature, str)
+        how = "at rest, as which it begins, goes through itself" if at_rest else "begins the strip through itself"
+        remedy = (
+            "give a seed.curvature with which they are clear of each other, or come here by a path from less curvature"
+            if at_rest
+            else "begin where they are clear of each other and come here by a path"
+        )
         raise RibbonInputError(
             "seed_curvature", seed.curvature if isinstance(seed.curvature, str | float) else list(seed.curvature),
-            f"begins the strip through itself: its parts at s = {pair.s:.4g} l and s = {pair.s_other:.4g} l are "
-            f"{max(0.0, gap + problem.apart):.3g} l from each other and kept {problem.apart:.3g} l apart; "
-            "begin where they are clear of each other and come here by a path",
+            f"{how}: its parts at s = {pair.s:.4g} l and s = {pair.s_other:.4g} l are "
+            f"{max(0.0, gap + problem.apart):.3g} l from each other and kept {problem.apart:.3g} l apart; {remedy}",
         )  # fmt: skip

@@ -16,6 +16,7 @@ from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity, tip_force
 from ribbon.problems.strips.joint import End, Joint
 from ribbon.problems.strips.problem import Part, StripsProblem
+from ribbon.solid import Solid
 from ribbon.strip import Strip
 
 FloatArray = NDArray[np.float64]
@@ -75,8 +76,7 @@ def assembled(
     energy. `RibbonInputError` for what contradicts itself."""
     if not members:
         raise RibbonInputError("strips", 0, "give one strip at least")
-    if any(wall.stiffness is not None or wall.friction for wall in walls):
-        raise RibbonInputError("walls", len(walls), "walls of several strips are rigid and without friction")
+    _check_walls(walls, apart)
     _check_joints(members, joints)
     loose = _loose(members, joints)
     weighty = gravity is not None and any(member.strip.gamma > 0 for member in members)
@@ -115,6 +115,15 @@ def assembled(
         tuple(joints),
         apart / first.strip.length,
     )
+
+
+def _check_walls(walls: Sequence[Barrier], apart: float) -> None:
+    if any(wall.stiffness is not None for wall in walls):
+        raise RibbonInputError("walls", len(walls), "walls of several strips are rigid; leave their stiffness out")
+    if any(wall.friction and isinstance(wall, Solid) for wall in walls):
+        raise RibbonInputError("walls", len(walls), "boxes and edges have no friction; planes and round bodies may")
+    if apart and any(wall.friction for wall in walls):
+        raise RibbonInputError("walls", len(walls), "have no friction where strips are kept apart; leave one out")
 
 
 def _load(member: Member) -> tuple[float, float, float] | None:

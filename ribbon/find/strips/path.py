@@ -2,7 +2,8 @@
 
 Every increment begins at the last one's shape with its multipliers, what is held put where it is now. It is cut where
 no equilibrium is found, and where the strips go much farther than the last increments let expect; what is left at the
-smallest one is a jump, and told. Strips that are kept apart go downhill by short steps (`ribbon.find.strips.touch`).
+smallest one is a jump, and told. On walls with friction each is one of Coulomb's (`ribbon.find.strips.rubbing`).
+Strips that are kept apart go downhill by short steps (`ribbon.find.strips.touch`).
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.find.strips import solve, touch
+from ribbon.find.strips import rubbing, solve, touch
 from ribbon.find.strips.result import StripsEquilibrium
 from ribbon.problems.strips.problem import StripsProblem
 from ribbon.result import Status
@@ -25,6 +26,8 @@ FloatArray = NDArray[np.float64]
 
 #: Increment to begin with and at the least, where their number is not given; growth and cut.
 LARGEST, SMALLEST, GROW, CUT = 0.1, 1e-3, 1.5, 0.4
+#: The largest increment with friction, where their number is not given.
+RUBBING = 0.05
 #: How many times as far as the last increments let expect, and at the least (l_0), the strips go in a jump.
 JUMP, LEAST = 5.0, 0.05
 #: Iterations of an increment with the multipliers of the last one, and without.
@@ -49,9 +52,11 @@ def follow(
     problem_at: Callable[[float], StripsProblem], start: StripsEquilibrium, steps: int | None = None
 ) -> tuple[StripsEquilibrium, float, list[Increment]]:
     """The equilibrium at t = 1 of the path ``t -> problem_at(t)`` from `start`, the one at t = 0; how far it got, and
-    its increments. steps: how many at the least."""
-    size = 1.0 / steps if steps else LARGEST
-    most, smallest = size if steps else 2.0 * LARGEST, min(SMALLEST, 0.02 * size)
+    its increments. steps: how many at the least; with friction at most `RUBBING` of the way each."""
+    rubs = rubbing.rub(problem_at(1.0).parts[0].walls)
+    largest = RUBBING if rubs else LARGEST
+    size = 1.0 / steps if steps else largest
+    most, smallest = size if steps or rubs else 2.0 * LARGEST, min(SMALLEST, 0.02 * size)
     t, state, speed = 0.0, start, None
     log: list[Increment] = []
     while t < 1.0 - 1e-12 and not spent():
@@ -83,6 +88,8 @@ def stepped(problem: StripsProblem, state: StripsEquilibrium) -> StripsEquilibri
     bare = problem.with_parts([{"reference": tuple(map(float, turn))} for turn in turns])
     held = bare.with_parts([{"touching": part.touching} for part in old.parts])
     x = np.clip(state.x, *bare.bounds())
+    if rubbing.rub(problem.parts[0].walls):
+        return rubbing.increment(held, bare, state)
     if problem.apart:
         near, point = touch.downhill(held, x)
         return solve.judged(*solve.settled(near, point))

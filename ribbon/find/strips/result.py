@@ -61,7 +61,9 @@ class StripsEquilibrium:
     strips: every strip as an `Equilibrium` (shape, energies, what its clamps exert; status and stability are the
     whole's); depth: how far (l_0) strips are nearer to each other than they are kept, None: nothing keeps them apart;
     error: largest distance (l_0) from the same strips on segments half as long, None: not known; left: how far above
-    (D_0 w_0 / l_0) the saddle was that was left for it, None: none.
+    (D_0 w_0 / l_0) the saddle was that was left for it, None: none; rubbed: what friction took away (D_0 w_0 / l_0)
+    along a path so far, None: without friction; before: the state at the end of the increment before, on which it
+    depends.
     """
 
     problem: StripsProblem
@@ -82,6 +84,8 @@ class StripsEquilibrium:
     depth: float | None = None
     error: float | None = None
     left: float | None = None
+    rubbed: float | None = None
+    before: StripsEquilibrium | None = None
 
     @property
     def penetration(self) -> float | None:

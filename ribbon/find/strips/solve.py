@@ -70,6 +70,11 @@ def solve(
 ) -> StripsEquilibrium:
     """Equilibrium of several strips; arguments as of `assembled`. leave_saddle: follow its unstable mode to a stable
     state; budget: time in s on the processor. `RibbonInputError` on bad input."""
+    if any(wall.friction for wall in walls):
+        raise RibbonInputError(
+            "walls", len(walls), "friction acts along a path only (`ribbon.find.strips.path`): without one every state "
+            "within mu N is an equilibrium",
+        )  # fmt: skip
     problem = assembled(members, joints, gravity, energy, apart, rulings, walls, **choices)
     with within(budget):
         best: StripsEquilibrium | None = None
@@ -340,12 +345,16 @@ def _fields(problem: StripsProblem) -> Iterator[slice]:
         yield slice(int(problem.offsets[k]) + at.start, int(problem.offsets[k]) + at.stop, at.step)
 
 
-def refined(state: StripsEquilibrium, parts: int = 2) -> StripsEquilibrium:
-    """The same strips on segments cut into `parts`, begun at `state`."""
+def begun_near(problem: StripsProblem, x: FloatArray) -> StripsEquilibrium:
+    """The equilibrium of `problem` beside x."""
+    return judged(*settled(*_found(problem, x, {"mu_init": 1e-5}, None)))
+
+
+def carried(state: StripsEquilibrium, fresh: StripsProblem) -> FloatArray:
+    """The unknowns of `fresh`, the same strips on other segments, in the shape of `state`."""
     old = state.problem
-    fresh = old.with_parts([{"lengths": np.repeat(part.lengths / parts, parts), "touching": ()} for part in old.parts])
-    x = np.concatenate([transferred(part, old.own(state.x, k), fresh.parts[k]) for k, part in enumerate(old.parts)])
-    return judged(*settled(*_found(fresh, x, {"mu_init": 1e-5}, None)))
+    each = [transferred(part, old.own(state.x, k), fresh.parts[k]) for k, part in enumerate(old.parts)]
+    return np.concatenate(each)
 
 
 def distance(one: StripsEquilibrium, other: StripsEquilibrium) -> float:
@@ -354,11 +363,3 @@ def distance(one: StripsEquilibrium, other: StripsEquilibrium) -> float:
     return max(
         float(np.linalg.norm(one.positions(k, s) - other.positions(k, s), axis=1).max()) for k in range(len(one.strips))
     )
-
-
-def with_error(state: StripsEquilibrium) -> StripsEquilibrium:
-    """The state with its distance from the same strips on segments half as long; not known where they find none."""
-    if not state.ok:
-        return state
-    finer = refined(state)
-    return replace(state, error=distance(state, finer)) if finer.ok else state

@@ -58,7 +58,7 @@ def held(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimum
         if not any(more):
             break
         parts, rows = [], []
-        for part, touches, own in zip(problem.parts, more, _each(problem, point), strict=True):
+        for part, touches, own in zip(problem.parts, more, each_of(problem, point), strict=True):
             parts.append(part.with_changes(touching=(*part.touching, *touches)))
             rows.append(contacts.carried_rows(part, parts[-1], own, {}))
         fresh = problem.with_changes(parts=tuple(parts))
@@ -77,7 +77,7 @@ def _minima(problem: StripsProblem, x: FloatArray, depth: float) -> list[list[tu
     ]
 
 
-def _each(problem: StripsProblem, point: Minimum) -> list[Minimum]:
+def each_of(problem: StripsProblem, point: Minimum) -> list[Minimum]:
     """Each strip's part of an equilibrium of all, its rows' multipliers in its own units."""
     return [
         replace(point, x=problem.own(point.x, k), rows=problem.rows_of(point.rows, k))
@@ -104,7 +104,7 @@ def _slid(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimu
     nothing touches at one place, and where none is found from there."""
     if spent():
         return problem, point
-    each = _each(problem, point)
+    each = each_of(problem, point)
     places = [
         contacts.single_places(part, own) if part.walls else [] for part, own in zip(problem.parts, each, strict=True)
     ]
@@ -132,7 +132,7 @@ def _slid(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimu
             return (problem, point) if deep > penetration.TOLERANCE else _let_go(now, here)
         changed = [
             contacts.with_more(part, own, touches) if touches else (part, own)
-            for part, own, touches in zip(now.parts, _each(now, here), beyond, strict=True)
+            for part, own, touches in zip(now.parts, each_of(now, here), beyond, strict=True)
         ]
         now, rows = _together(now, here, changed)
     return problem, point
@@ -151,7 +151,7 @@ def _let_go(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Mini
     if not any(part.touching for part in problem.parts):
         return problem, point
     parts, rows = zip(
-        *(contacts.without_idle(part, own) for part, own in zip(problem.parts, _each(problem, point), strict=True)),
+        *(contacts.without_idle(part, own) for part, own in zip(problem.parts, each_of(problem, point), strict=True)),
         strict=True,
     )
     fewer = problem.with_changes(parts=parts)

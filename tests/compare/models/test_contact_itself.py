@@ -190,4 +190,7 @@ def test_a_seed_through_itself_is_refused_as_a_seed():
     with pytest.raises(BadInput, match="through itself") as caught:
         solve(scene)
     assert caught.value.key == "seed.curvature"
+    with pytest.raises(BadInput, match="at rest") as caught:
+        solve(scene.replace({"seed": None, "strip.natural_curvature": 14.0}))
+    assert (caught.value.key, caught.value.value) == ("strip.natural_curvature", 14.0)
     assert solve(scene.replace({"seed.curvature": [4.0, 8.0]})).ok

@@ -143,3 +143,35 @@ def test_a_bar_that_is_lifted_bears_more_of_the_weight():
     below = registry.model("ribbon").solve(low.replace({"obstacle.bar.point": [0.0, -0.12, 0.3]}))
     assert below.supports.walls[0]["force"][1] < bar["force"][1]
     assert states[0].numbers["penetration"] < 1e-6
+
+
+def test_a_straight_strip_that_begins_through_a_body_is_told_so():
+    """A box that stands higher than it was meant to, its size along the wrong axes; turned round there is no note."""
+    text = """
+[strip]
+length = 0.3
+width = 0.012
+poisson = 0.3
+gamma = 5.0
+[gravity]
+up = [0.0, 0.0, 1.0]
+[clamp.start]
+position = [0.0, 0.0, 0.0]
+tangent = [1.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+[[obstacle]]
+name = "crate"
+kind = "box"
+point = [0.09, 0.0, -0.06]
+axis = [1.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+size = [0.10, 0.3, 0.10]
+"""
+    (note,) = [note for note in loads(text, "crate").notes() if "begins through" in note]
+    assert "obstacle crate, from s = 0.04" in note
+    assert "0.05 deep" in note
+    upright = loads(text.replace("0.3, 0.10]", "0.1, 0.3]"), "crate")
+    seeded = loads(text + "[seed]\ncurvature = 2.0\n", "crate")
+    led = loads(text + '[[path]]\n"obstacle.crate.point" = [0.09, 0.0, -0.3]\n', "crate")
+    for scene in (upright, seeded, led):
+        assert not [note for note in scene.notes() if "begins through" in note]

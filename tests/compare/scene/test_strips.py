@@ -99,8 +99,6 @@ def fault(given):
         (("path",), {"gravity.up": [0.0, 1.0, 0.0]}, "path", "array of tables"),
         (("wall",), [{"point": [0.0, -1.0, 0.0], "normal": [0.0, 1.0, 0.0], "stiffness": 3.0}], "wall.stiffness",
          "several strips"),
-        (("wall",), [{"point": [0.0, -1.0, 0.0], "normal": [0.0, 1.0, 0.0], "friction": 0.3}], "wall.friction",
-         "several strips"),
         (("wall",), [{"point": [0.0, 1.0, 0.0], "normal": [0.0, 1.0, 0.0]}], "strip.left.clamp.start.position",
          "wrong side"),
         (("obstacle",), [{"kind": "sphere", "point": [0.0, 0.0, 0.0], "radius": 0.5}],

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from compare import cli
+from compare.measure.friction import missed
 from compare.models.strips.solve import solved
 from compare.pages.export.vtu import read_vtu
 from compare.pages.strips.page import write
@@ -306,6 +307,45 @@ def test_loads_of_a_scene_are_in_its_units_and_come_up_along_its_path(tmp_path):
     assert found["energy"]["tip"] + found["energy"]["elastic"] + found["energy"]["gravity"] == pytest.approx(
         found["energy"]["total"], rel=1e-9
     )
+
+
+#: Both strips light and aslant, so that one end touches: the clamp comes down, and the end slides outwards.
+LIGHT = {f"strip.{name}.density": 140.0 for name in "ab"} | {"model.elements": 4}
+ASLANT = {
+    "strip.a.clamp.start.tangent": [0.8, 0.0, -0.6],
+    "strip.a.clamp.start.normal": [0.6, 0.0, 0.8],
+    "strip.a.clamp.start.position": [0.0, 0.0, 0.14],
+    "path": [{"strip.a.clamp.start.position": [0.0, 0.0, 0.16]},
+             {"strip.a.clamp.start.position": [0.0, 0.0, 0.14], "steps": 2}],
+}  # fmt: skip
+
+
+def test_a_table_that_rubs_takes_what_coulomb_says(tmp_path):
+    """Lowered on a table with friction: balance with it, the law by code of its own, and what it took away."""
+    scene = loads(TABLE, "rubs", {**LIGHT, **ASLANT, "wall.table.friction": 0.25})
+    state = solved(scene, error=False)
+    assert state.ok
+    assert [one.increments for one in state.went] == [2]  # the last stage is the scene: no way is left
+    assert max(state.balance) < BALANCED
+    write(tmp_path, state, "again")
+    found = json.loads((tmp_path / "result.json").read_text())
+    (table,) = found["walls"]
+    rubs = table["strips"]["b"]["rubs"]
+    assert missed(rubs, 0.25, np.tile([0.0, 0.0, 1.0], (len(rubs), 1))).most < 1e-6
+    assert table["friction"] == pytest.approx(np.sum([rub["friction"] for rub in rubs], axis=0), abs=1e-9)
+    assert {rub["state"] for rub in rubs} == {"slips"}
+    assert table["friction"][0] == pytest.approx(-0.25 * table["force"][2], rel=1e-6)
+    clamp = np.array(found["strips"]["a"]["forces"]["start"])
+    assert clamp[0] + table["friction"][0] == pytest.approx(0.0, abs=1e-6)
+    work = -np.sum([np.array(rub["friction"]) @ rub["slip"] for rub in rubs])  # of the last of two increments
+    assert 0.0 < work < found["friction_lost"]
+
+
+def test_friction_that_no_way_leads_to_is_refused():
+    with pytest.raises(BadInput, match=r"wall.table.friction = 0.25: needs a \[\[path\]\]"):
+        solved(loads(TABLE, "table", {"wall.table.friction": 0.25}))
+    with pytest.raises(BadInput, match="contact between strips"):
+        solved(loads(TABLE, "rubs", {**ASLANT, "wall.table.friction": 0.25, "contact.distance": 1e-3}))
 
 
 def test_stages_that_cannot_vary_step_by_step_are_refused():

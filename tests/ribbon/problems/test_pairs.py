@@ -88,3 +88,19 @@ def test_the_nearest_places_are_those_of_all_pairs_of_points():
     gap, pair = found[0]
     assert 0.0 < least - (gap + 0.01) < 2e-3
     assert pair.s < pair.s_other
+
+
+def test_a_coil_on_itself_tells_each_place_once_and_the_nearest_first():
+    """Three turns on each other: hundreds of places, no two within a twentieth of a segment, all of them through."""
+    problem = build(Strip(1.0, 0.06, thickness=0.01), segments=24, energy="kirchhoff", formulation="mixed")
+    problem = problem.with_changes(apart=0.01)
+    found = nearness.minima(problem, problem.state(np.full(25, 20.0), np.zeros(25)), 0.0)
+    gaps = np.array([gap for gap, _ in found])
+    places = np.array([pair[:4] for _, pair in found])
+    assert gaps.size > 50
+    assert (np.diff(gaps) >= 0.0).all()
+    assert gaps[0] == pytest.approx(-0.01, abs=1e-9)
+    apart = np.abs(places[:, None] - places[None]).max(axis=2) + np.eye(gaps.size)
+    assert apart.min() >= 0.05 / 24.0
+    assert nearness.same(problem, found[0][1], found[0][1])
+    assert not nearness.same(problem, found[0][1], found[1][1])

@@ -1,12 +1,15 @@
 """Several strips on walls and along paths: the uncut strip, statics, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from ribbon import Clamp, Gravity, RibbonInputError, Strip, Wall, solve
 from ribbon.find.continuation import switch
-from ribbon.find.solve import build
-from ribbon.find.strips import path
+from ribbon.find.friction import path as rubbing_alone
+from ribbon.find.solve import build, solve_from
+from ribbon.find.strips import finer, path
 from ribbon.find.strips import solve as strips
 from ribbon.find.strips.assemble import Member, assembled
 from ribbon.obstacle import Obstacle
@@ -100,11 +103,63 @@ def test_a_strip_hung_on_another_lies_on_a_table():
 
 
 @pytest.mark.parametrize(
-    "wall", [Wall((0, 0, -1.0), (0, 0, 1.0), stiffness=3.0), Wall((0, 0, -1.0), (0, 0, 1.0), friction=0.3)]
-)
-def test_plates_on_springs_and_friction_are_refused(wall):
-    with pytest.raises(RibbonInputError, match="rigid and without friction"):
-        strips.solve(cut(2, 12, GAMMA, CURVATURE), chain(2), UP, walls=[wall])
+    ("wall", "said"),
+    [(Wall((0, 0, -1.0), (0, 0, 1.0), stiffness=3.0), "rigid"),
+     (Wall((0, 0, -1.0), (0, 0, 1.0), friction=0.3), "along a path only"),
+     (replace(WALLS["edge"], friction=0.3), "no friction")],
+)  # fmt: skip
+def test_plates_on_springs_and_friction_without_a_way_are_refused(wall, said):
+    members = cut(2, 12, GAMMA, CURVATURE)
+    with pytest.raises(RibbonInputError, match=said):
+        (assembled if said == "no friction" else strips.solve)(members, chain(2), UP, walls=[wall])
+
+
+def _pressed(t, mu, shift=0.0):
+    """A clamp that comes down by 0.05 on a floor, along which the end slides, or a floor that moves by `shift`."""
+    slope = np.radians(30.0)
+    tangent, normal = (0.0, -np.sin(slope), np.cos(slope)), (0.0, np.cos(slope), np.sin(slope))
+    fall = 0.0 if shift else 0.05 * t
+    return Clamp((0.0, 0.35 - fall, 0.0), tangent, normal), Wall((0.0, 0.0, shift * t), (0.0, 1.0, 0.0), friction=mu)
+
+
+def _cut_and_pressed(t, mu, shift=0.0):
+    clamp, floor = _pressed(t, mu, shift)
+    strip = Strip(0.5, 0.02, gamma=3.0 / 8.0)
+    members = [Member(strip, clamp if k == 0 else None, segments=4, curvature=(-0.5,)) for k in range(2)]
+    return {"members": members, "joints": chain(2), "gravity": Gravity((0.0, 1.0, 0.0)), "energy": "sadowsky",
+            "walls": [floor]}  # fmt: skip
+
+
+@pytest.mark.parametrize(("mu", "shift"), [(0.3, 0.0), (0.9, 1e-4)])
+def test_a_cut_strip_rubs_as_the_uncut_one(mu, shift):
+    """An end that slides outwards takes all of mu N against it; one that a floor carries along sticks. The state before
+    is kept: shape, pushes, friction and what it took away are those of the uncut strip by its own machinery."""
+
+    def whole_one(t, mu):
+        clamp, floor = _pressed(t, mu, shift)
+        return build(Strip(1.0, 0.02, gamma=3.0), clamp, Gravity((0.0, 1.0, 0.0)), energy="sadowsky", segments=8,
+                     formulation="mixed", walls=[floor])  # fmt: skip
+
+    first = whole_one(0.0, 0.0)
+    start = solve_from(first, first.state(np.full(9, -0.5), np.zeros(9)))
+    one = rubbing_alone.follow(lambda t: whole_one(t, mu), start, steps=2)
+    begun = strips.solve(**_cut_and_pressed(0.0, 0.0))
+    found, t, log = path.follow(lambda t: assembled(**_cut_and_pressed(t, mu, shift)), begun, 2)
+    assert t == 1.0
+    assert len(log) == 2
+    assert one.ok
+    assert found.ok
+    alone, own = one.walls[0], found.strips[1].walls[0]
+    assert 4.0 * own.force == pytest.approx(alone.force, rel=1e-6)
+    assert 4.0 * own.friction == pytest.approx(alone.friction, rel=1e-5, abs=1e-9)
+    assert {rub.slips for rub in own.rubs} == {not shift}
+    assert np.linalg.norm(own.friction) == pytest.approx(mu * own.force[1], rel=1e-6) or shift
+    assert np.linalg.norm(own.friction) > 1e-3
+    assert 2.0 * found.rubbed == pytest.approx(one.rubbed, rel=1e-6, abs=1e-12)
+    there = np.vstack([one.position((k + S) / 2) for k in range(2)])
+    assert np.abs(places(found, 2) - there).max() < 1e-8
+    if not shift:
+        assert 0.0 < finer.with_error(found).error < 1e-4
 
 
 def test_strips_that_no_clamp_holds_have_no_wall():
