@@ -146,7 +146,7 @@ def elastic_value(code, q, length, section, natural, k_start, k_slope, poisson, 
     """Elastic energy of a segment and the part of it that is a term of its own by the natural curvature (none with a
     free twist); `jet` (15 or 28,) is scratch."""
     if has_free_twist(code):
-        free_jet(code, q, length, k_start, k_slope, section, jet, rest)
+        free_jet(code, q, length, k_start, k_slope, section, jet, rest, True)
         return jet[0], 0.0
     bending = bending_value(code, q[0], q[1], q[2], q[3], length, section)
     if natural:

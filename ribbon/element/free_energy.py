@@ -26,7 +26,7 @@ import numpy as np
 from numba import njit
 
 from ribbon.energies.codes import among_free
-from ribbon.energies.free import FREE_ENERGIES, add_pretwist, free_density
+from ribbon.energies.free import FREE_ENERGIES, add_pretwist, free_density, free_value
 from ribbon.energies.names import FREE
 
 #: Neither a natural twist nor a natural curvature in the plane.
@@ -61,8 +61,9 @@ _TAIL = ((_PLACES + 0.5) * np.polynomial.legendre.legvander(_NODES, POINTS - 1)[
 
 
 @njit(cache=True)
-def free_jet(code, q, length, k_start, k_slope, section, jet, rest=NOTHING):
+def free_jet(code, q, length, k_start, k_slope, section, jet, rest=NOTHING, alone=False):
     """Fills `jet` (15 or 28,) with the elastic energy (D w / l) of a segment with free twist, parameters q (4 or 6,).
+    alone: its first component is wanted alone, and of the others nothing is known.
 
     kappa_1 = q_0 s + q_1, kappa_3 = q_2 s + q_3, kappa_2 = q_4 s + q_5; K(s) = k_start + k_slope s; section: w / (2 l),
     h / l, nu, plate (`ribbon.energies.free`); rest: natural twist at the start and its slope, natural curvature in the
@@ -72,19 +73,28 @@ def free_jet(code, q, length, k_start, k_slope, section, jet, rest=NOTHING):
     code = among_free(code)
     reach = _reach(code, q, section)
     if _TESTED[code] or _changes(q[1], q[0] * length + q[1], reach):
-        _composite(code, q, length, k_start, k_slope, section, rest, reach, jet)
+        _composite(code, q, length, k_start, k_slope, section, rest, reach, jet, alone)
     else:
         d = np.empty(15)
         for g in range(_COUNT[code]):
             s = _OWN_POINTS[code, g] * length
             natural = k_start + k_slope * s
-            free_density(code, q[0] * s + q[1], q[2] * s + q[3], q[0], q[2], natural, k_slope, section, d)
+            _local(code, q, s, natural, k_slope, section, d, alone)
             twist = rest[0] + rest[1] * s
             if twist != 0.0:
                 add_pretwist(code, q[0] * s + q[1], q[2] * s + q[3], natural, twist, section, d)
-            _gather(d, s, _OWN_WEIGHTS[code, g] * length, q.size, jet)
+            _gather(d, s, _OWN_WEIGHTS[code, g] * length, q.size, jet, alone)
     if q.size == 6:
         _in_plane(q, length, section, rest, jet)
+
+
+@njit(cache=True)
+def _local(code, q, s, natural, k_slope, section, d, alone):
+    """The density's numbers d (15,) at s; alone: the first of them."""
+    if alone:
+        free_value(code, q[0] * s + q[1], q[2] * s + q[3], q[0], q[2], natural, k_slope, section, d)
+    else:
+        free_density(code, q[0] * s + q[1], q[2] * s + q[3], q[0], q[2], natural, k_slope, section, d)
 
 
 @njit(cache=True)
@@ -109,11 +119,11 @@ def _changes(first, last, reach):
 
 
 @njit(cache=True)
-def _composite(code, q, length, k_start, k_slope, section, rest, reach, jet):
+def _composite(code, q, length, k_start, k_slope, section, rest, reach, jet, alone):
     """Adds to `jet` the integral on panels graded towards k = 0; infinite where a singular density is passed."""
     first, last = q[1], q[0] * length + q[1]
     if not _changes(first, last, reach):
-        _panel(code, q, 0.0, length, k_start, k_slope, section, rest, jet)
+        _panel(code, q, 0.0, length, k_start, k_slope, section, rest, jet, alone)
         return
     if reach == 0.0:
         if first * last <= 0.0:
@@ -132,12 +142,12 @@ def _composite(code, q, length, k_start, k_slope, section, rest, reach, jet):
             k = math.copysign(math.exp(u), first) if reach == 0.0 else reach * math.sinh(u)
             end = min(max((k - first) / q[0], done), length)
         if end > done:
-            _panel(code, q, done, end, k_start, k_slope, section, rest, jet)
+            _panel(code, q, done, end, k_start, k_slope, section, rest, jet, alone)
         done = end
 
 
 @njit(cache=True)
-def _panel(code, q, begin, end, k_start, k_slope, section, rest, jet):
+def _panel(code, q, begin, end, k_start, k_slope, section, rest, jet, alone):
     """Adds to `jet` the integral from `begin` to `end`, halved where the density is not smooth enough."""
     d = np.empty((POINTS, 15))
     ends = np.empty(64)  # of the panels that wait, the next one last
@@ -151,7 +161,7 @@ def _panel(code, q, begin, end, k_start, k_slope, section, rest, jet):
         for g in range(POINTS):
             s = done + _PANEL_POINTS[g] * h
             natural = k_start + k_slope * s
-            free_density(code, q[0] * s + q[1], q[2] * s + q[3], q[0], q[2], natural, k_slope, section, d[g])
+            _local(code, q, s, natural, k_slope, section, d[g], alone)
             twist = rest[0] + rest[1] * s
             if twist != 0.0:
                 add_pretwist(code, q[0] * s + q[1], q[2] * s + q[3], natural, twist, section, d[g])
@@ -163,7 +173,7 @@ def _panel(code, q, begin, end, k_start, k_slope, section, rest, jet):
             waiting += 1
             continue
         for g in range(POINTS):
-            _gather(d[g], done + _PANEL_POINTS[g] * h, _PANEL_WEIGHTS[g] * h, q.size, jet)
+            _gather(d[g], done + _PANEL_POINTS[g] * h, _PANEL_WEIGHTS[g] * h, q.size, jet, alone)
         waiting -= 1
         done = ends[waiting]
 
@@ -193,13 +203,15 @@ def _smooth(d, floor):
 
 
 @njit(cache=True)
-def _gather(d, s, w, count, jet):
+def _gather(d, s, w, count, jet, alone):
     """Adds w times the numbers d (15,) of the density at s to the jet by `count` parameters (chain rule)."""
+    jet[0] += w * d[0]
+    if alone:
+        return
     o = 7 if count == 6 else 5  # places of second derivatives: rows a, b, n, m
     ob = o + count
     on = ob + count - 1
     om = on + count - 2
-    jet[0] += w * d[0]
     jet[1] += w * (s * d[1] + d[3])
     jet[2] += w * d[1]
     jet[3] += w * (s * d[2] + d[4])

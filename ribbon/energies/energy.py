@@ -149,6 +149,8 @@ class FreeTwist:
     so that every panel is tested.
     pretwist: kernel ``(k, t, natural, rest, section, out)`` that adds to `out` what a natural twist `rest` changes
     (docs/theory.md, eq. (10.27)); None: the energy knows no natural twist.
+    value: kernel with the arguments of `density` that fills the first number alone, to the bit the same, for a search
+    that asks for no derivatives; None: `density` does it.
     section: shape of the cross-section and what its energy consists of; words: what it is, for a page.
     """
 
@@ -160,6 +162,7 @@ class FreeTwist:
     in_plane: bool = False
     holds_twist: bool = False
     pretwist: Any = None
+    value: Any = None
     section: Profile | None = None
     words: str = ""
 

@@ -25,7 +25,7 @@ from numba import njit
 
 from ribbon.energies import extensible
 from ribbon.energies.energy import FreeTwist
-from ribbon.energies.section.jets import product, through, variable
+from ribbon.energies.section.jets import COMPONENTS, product, through
 from ribbon.energies.section.profile import EXTENSIBLE, FloatArray, Local, Profile, Shares
 from ribbon.energies.wunderlich import SERIES_BELOW, width_factor
 
@@ -61,14 +61,45 @@ def density(k, t, dk, dt, natural, slope, section, out):
 
 
 @njit(cache=True)
-def _add(k, t, dk, dt, section, out):
-    """Adds to `out` (15,) what this energy has beyond `extensible`."""
+def value(k, t, dk, dt, natural, slope, section, out):
+    """Fills the first of `out` (15,) alone with what `density` gives it, to the bit."""
+    extensible.density(k, t, dk, dt, natural, slope, section, out)
+    out[0] += _more(k, t, dk, dt, section)
+
+
+@njit(cache=True)
+def _soft(section):
+    """Width squared, and 1 / zeta^2."""
     half_width, thickness, nu, _ = section
     square = 4.0 * half_width * half_width
-    soft = 60.0 * thickness * thickness / ((1.0 - nu * nu) * square * square)  # 1 / zeta^2
-    jk, jt, jdk, jdt = variable(k, 0), variable(t, 1), variable(dk, 2), variable(dt, 3)
-    a, b, c = np.empty(15), np.empty(15), np.empty(15)
-    softened, inverse, eta, x = np.empty(15), np.empty(15), np.empty(15), np.empty(15)
+    return square, 60.0 * thickness * thickness / ((1.0 - nu * nu) * square * square)
+
+
+@njit(cache=True)
+def _more(k, t, dk, dt, section):
+    """What this energy has beyond `extensible`: the values of `_add`, in its order."""
+    square, soft = _soft(section)
+    softened = k * k + soft
+    inverse = 1.0 / softened
+    eta = k * t * inverse
+    x = dt * k + t * dk
+    x -= 2.0 * (eta * k * dk)
+    x = x * inverse * section[0]
+    stretched, _, _ = rounded_factor(x * x)
+    wound = (1.0 + eta * eta) ** 2 * stretched * softened
+    return 0.5 * wound + square * soft / 24.0 * (dt * dt * inverse)
+
+
+@njit(cache=True)
+def _add(k, t, dk, dt, section, out):
+    """Adds to `out` (15,) what this energy has beyond `extensible`."""
+    square, soft = _soft(section)
+    jets = np.zeros((11, COMPONENTS))
+    jk, jt, jdk, jdt = jets[0], jets[1], jets[2], jets[3]
+    for place, local in enumerate((k, t, dk, dt)):
+        jets[place, 0], jets[place, 1 + place] = local, 1.0
+    a, b, c = jets[4], jets[5], jets[6]
+    softened, inverse, eta, x = jets[7], jets[8], jets[9], jets[10]
     product(jk, jk, softened)
     softened[0] += soft
     r = softened[0]
@@ -81,9 +112,10 @@ def _add(k, t, dk, dt, section, out):
     a += b
     product(eta, jk, b)
     product(b, jdk, c)
-    a -= 2.0 * c
+    for i in range(15):
+        a[i] -= 2.0 * c[i]
     product(a, inverse, x)
-    x *= half_width
+    x *= section[0]
     product(x, x, a)
     f0, f1, f2 = rounded_factor(a[0])
     through(a, f0, f1, f2, b)
@@ -100,11 +132,8 @@ def _add(k, t, dk, dt, section, out):
 @njit(cache=True)
 def _added(k, t, dk, dt, section, out):
     """Fills `out` (m,) with what this energy has beyond `extensible` in m states."""
-    jet = np.empty(15)
     for i in range(out.size):
-        jet[:] = 0.0
-        _add(k[i], t[i], dk[i], dt[i], section, jet)
-        out[i] = jet[0]
+        out[i] = _more(k[i], t[i], dk[i], dt[i], section)
 
 
 def added(k: FloatArray, t: FloatArray, dk: FloatArray, dt: FloatArray, section: Sequence[float]) -> FloatArray:
@@ -125,6 +154,7 @@ def _shares(local: Local, y: FloatArray, section: Sequence[float]) -> Shares:
 
 ENERGY = FreeTwist(
     density,
+    value=value,
     needs=("thickness",),
     points=8,
     reach=0.83,

@@ -20,7 +20,7 @@ from ribbon.energies.names import FREE
 
 __all__ = [
     "FREE_CODES", "FREE_ENERGIES", "FreeSectionNumbers", "FreeTwist", "add_pretwist", "free_density",
-    "in_plane_stiffness", "natural_numbers",
+    "free_value", "in_plane_stiffness", "natural_numbers",
 ]  # fmt: skip
 
 #: Name of an energy of free twist -> the energy.
@@ -35,12 +35,13 @@ def in_plane_stiffness(section: Sequence[float]) -> float:
     return (1.0 - poisson**2) * (2.0 * half_width / thickness) ** 2
 
 
-def _chosen() -> str:
-    """Source of ``free_density(code, ...)``: one comparison after the other, as `ribbon.energies.dispatch` does."""
+def _chosen(kernel: str) -> str:
+    """Source of ``free_density(code, ...)`` or ``free_value(code, ...)``: one comparison after the other, as
+    `ribbon.energies.dispatch` does."""
     given = "k, t, dk, dt, natural, slope, section, out"
-    lines = [f"def free_density(code, {given}):"]
-    lines += [f"    if code == {code}:\n        return density_{name}({given})" for name, code in FREE_CODES.items()]
-    lines[-1] = f"    return density_{FREE[-1]}({given})"
+    lines = [f"def free_{kernel}(code, {given}):"]
+    lines += [f"    if code == {code}:\n        return {kernel}_{name}({given})" for name, code in FREE_CODES.items()]
+    lines[-1] = f"    return {kernel}_{FREE[-1]}({given})"
     return "\n".join(lines)
 
 
@@ -56,10 +57,13 @@ def _pretwisted() -> str:
 
 for _name, _energy in FREE_ENERGIES.items():
     globals()[f"density_{_name}"] = _energy.density
+    globals()[f"value_{_name}"] = _energy.value or _energy.density
     globals()[f"pretwist_{_name}"] = _energy.pretwist
-exec(_chosen())
+exec(_chosen("density"))
+exec(_chosen("value"))
 exec(_pretwisted())
 free_density = njit(forceinline=True)(globals()["free_density"])
+free_value = njit(forceinline=True)(globals()["free_value"])
 add_pretwist = njit(forceinline=True)(globals()["add_pretwist"])
 
 

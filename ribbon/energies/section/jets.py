@@ -5,20 +5,10 @@ Layout of `ribbon.energies.free`: 0 value | 1..4 first | 5..14 second derivative
 
 from __future__ import annotations
 
-import numpy as np
 from numba import njit
 
 #: Components of a jet.
 COMPONENTS = 15
-
-
-@njit(cache=True)
-def variable(value, place):
-    """The jet (15,) of the variable number `place` (0 to 3) itself."""
-    out = np.zeros(COMPONENTS)
-    out[0] = value
-    out[1 + place] = 1.0
-    return out
 
 
 @njit(cache=True)
