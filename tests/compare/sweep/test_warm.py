@@ -25,6 +25,8 @@ SEEDLESS = loads(SCENE.partition("[seed]")[0]).replace({"model.elements": 20})
 WEIGHTS = "strip.gamma=3:3.6:7"
 GRID = (WEIGHTS, "strip.width=0.02:0.06:5")
 PATCH = (0, 1, 5, 6, 10, 11)
+#: 4 x 3 cases, and a corner of them whose inmost one has no neighbour outside.
+SMALL, CORNER = ("strip.gamma=3:3.6:4", "strip.width=0.02:0.06:3"), (0, 1, 3, 4)
 
 
 class Faulty:
@@ -101,19 +103,28 @@ def test_a_patch_of_a_grid_is_brought_over_from_its_edge_on(tmp_path):
     assert min(float(row["middle.y"]) for row in rows) > 0.25
 
 
-@pytest.mark.parametrize("stop", [3, 35, 37])
-def test_an_interrupted_sweep_ends_in_the_same_table(tmp_path, stop):
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The rows of a sweep that nothing interrupted: 12 cases, a corner of 4 on the other branch, as many walks."""
+    out = tmp_path_factory.mktemp("whole")
+    swept(SEEDED, SMALL, dict.fromkeys(CORNER, DOWN), out)
+    assert [number for number, row in enumerate(rows_of(out)) if row["warm"]] == [*CORNER]
+    return rows_of(out)
+
+
+@pytest.mark.parametrize("stop", [3, 12, 14])
+def test_an_interrupted_sweep_ends_in_the_same_table(tmp_path, whole, stop):
     """Interrupted among its cases, before its walks, among them; and read from the journal alone."""
-    seeds = dict.fromkeys(PATCH, DOWN)
-    swept(SEEDED, GRID, seeds, tmp_path / "whole")
-    halted, _ = swept(SEEDED, GRID, seeds, tmp_path / "halted", stop)
+    seeds = dict.fromkeys(CORNER, DOWN)
+    halted, before = swept(SEEDED, SMALL, seeds, tmp_path, stop)
     assert halted is None
-    swept(SEEDED, GRID, seeds, tmp_path / "halted")
-    assert rows_of(tmp_path / "halted") == rows_of(tmp_path / "whole")
-    before = (tmp_path / "halted" / "cases.csv").read_bytes()
-    _, crew = swept(SEEDED, GRID, seeds, tmp_path / "halted")
+    assert (before.count, len(before.walked)) == (stop, max(0, stop - 12))
+    swept(SEEDED, SMALL, seeds, tmp_path)
+    assert rows_of(tmp_path) == whole
+    table = (tmp_path / "cases.csv").read_bytes()
+    _, crew = swept(SEEDED, SMALL, seeds, tmp_path)
     assert crew.count == 0
-    assert (tmp_path / "halted" / "cases.csv").read_bytes() == before
+    assert (tmp_path / "cases.csv").read_bytes() == table
 
 
 def test_without_a_seed_the_lower_state_stays(tmp_path):

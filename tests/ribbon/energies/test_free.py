@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ribbon import energies
-from ribbon.energies.free import FREE_CODES, FREE_ENERGIES, free_density
+from ribbon.energies.free import FREE_CODES, FREE_ENERGIES, free_density, free_value
 from ribbon.energies.section import relaxed
 from ribbon.energies.section.rod import torsion_constant
 
@@ -21,6 +21,16 @@ def density(name, state, natural=0.0, slope=0.0, section=SECTION):
     out = np.full(15, np.nan)
     free_density(FREE_CODES[name], *map(float, state), float(natural), float(slope), section, out)
     return out
+
+
+@pytest.mark.parametrize("section", [SECTION, WIDE, THICK, (*SECTION[:3], 1.0)])
+@pytest.mark.parametrize("name", FREE_CODES)
+def test_the_value_alone_is_that_beside_its_derivatives(name, section):
+    """A search compares values with those of the states it came from, which have derivatives."""
+    for state, natural, slope in (*states(40, 5), (np.array([8.0, 5.0, 300.0, 2e4]), 0.0, 0.0)):
+        out = np.full(15, np.nan)
+        alone = free_value(FREE_CODES[name], *map(float, state), float(natural), float(slope), section, out)
+        assert alone == pytest.approx(density(name, state, natural, slope, section)[0], rel=1e-13, abs=1e-13)
 
 
 def hessian(out):
