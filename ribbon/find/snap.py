@@ -1,8 +1,10 @@
 """Where a strip goes that leaves an equilibrium, without going through itself: downhill by short steps.
 
 No place goes farther in a step than a part of the distance that parts keep, and all that could meet in the steps before
-the next look is held apart: what is far from each other then cannot pass. The way is that of a minimiser, not of a
-strip with mass: which of several equilibria it ends in is not decided by mechanics.
+the next look is held apart: what is far from each other then cannot pass. A thin strip would take thousands of them:
+steps of one that is not a round rod grow while nothing passes, and are taken back where a look at the way finds that
+something did. The way is that of a minimiser, not of a strip with mass: which of several equilibria it ends in is not
+decided by mechanics.
 """
 
 from __future__ import annotations
@@ -27,6 +29,8 @@ FloatArray = NDArray[np.float64]
 
 #: How far a place may go in a step, over the distance to be kept; steps between two looks; looks.
 _TRAVEL, _STEPS, _LOOKS = 0.125, 4, 120
+#: How far (l) a place of a strip may go in a step at the most, where the steps before passed through nothing.
+_FARTHEST = 0.01
 #: Steps between two looks where it hardly moves any more.
 _MOST = 64
 #: Part of that step below which a way that leads through the strip itself is given up.
@@ -46,9 +50,10 @@ def downhill(
     travel = _TRAVEL * problem.apart
     chosen = {"mu_init": 1e-5, **(options or {}), "travel": travel, "max_iter": _STEPS}
     minimum: Minimum | None = None
-    iterations = 0
+    iterations, far = 0, travel
     for _ in range(_LOOKS):
-        fresh = problem.with_changes(pairs=_what_could_meet(problem, x, 2.0 * travel * _STEPS))
+        chosen["travel"] = far
+        fresh = problem.with_changes(pairs=_what_could_meet(problem, x, 2.0 * max(far, travel) * _STEPS))
         fresh = fresh.anchored(problem.anchor(x))
         fresh.counters.add(problem.counters)
         warm = None if minimum is None else (apart.rows_of(problem, fresh, minimum), minimum.multipliers)
@@ -57,16 +62,19 @@ def downhill(
         iterations += minimum.iterations
         finite = bool(np.all(np.isfinite(minimum.x)))
         if finite and passage.passage(problem, x, fresh, minimum.x) is not None:
-            if chosen["travel"] < _SHORTEST * travel or spent():
+            if far < _SHORTEST * travel or spent():
                 problem = fresh
                 minimum = replace(minimum, x=x, residual=1.0, finished=False, message=_PASSED)
                 break
-            chosen.update(travel=0.5 * chosen["travel"], max_iter=_STEPS)
+            far *= 0.5 if far <= travel else 0.25
+            chosen["max_iter"] = _STEPS
             minimum = None
             continue
         moved = float(np.abs(problem.layout.positions(minimum.x) - problem.layout.positions(x)).max())
         problem, x = fresh, minimum.x
-        chosen["max_iter"] = _STEPS if moved > travel else min(2 * chosen["max_iter"], _MOST)
+        chosen["max_iter"] = _STEPS if moved > max(far, travel) else min(2 * chosen["max_iter"], _MOST)
+        if moved > far and not problem.round:
+            far = min(2.0 * far, _FARTHEST)
         if minimum.finished or spent() or not np.all(np.isfinite(x)):
             break
         if minimum.code not in (newton_rows.SOLVED, newton_rows.MOST):
