@@ -391,6 +391,11 @@ class Equations:
         half = self.grading.finer()
         return self._carried(z, t, directions, half.lengths(self.placed), half, self.placed)
 
+    def on_lengths(self, z: FloatArray, t: float, lengths: FloatArray) -> tuple[Equations, FloatArray]:
+        """The system on elements of these lengths (p,) over l, which stay where they are, and z on them."""
+        new, there, _ = self._carried(z, t, np.zeros((z.size, 0)), lengths, None, self.placed)
+        return new, there
+
     def _carried(
         self,
         z: FloatArray,

@@ -12,7 +12,7 @@ from compare.measure.mesh_limit import Settled
 from ribbon.find.branch.passages import Grading
 from tests.validation.number import Number
 from tests.validation.pieces import Pieces
-from tests.validation.workbench import shift_shells
+from tests.validation.workbench import shift_finite, shift_shells
 from tests.validation.workbench.shift_diagram import Diagram, Thin, diagram, goes_back, located_to, thin, width
 from tests.validation.workbench.shift_followed import RIPPLE, Case, flat, tilted, upright
 from tests.validation.workbench.shift_shells import Shell
@@ -38,6 +38,8 @@ OTHER = {
 }
 #: `finite`: on equal elements that step over the layer at its clamps, halved.
 FINITE = tuple(Case("finite", narrow, 50.0, None, 50) for narrow in (40.0, 20.0))
+#: `finite` on elements that stand where its curvature crosses 1 / zeta.
+CROSSED = Case("finite", 20.0, 50.0, Grading(0.01, 0.001, 0.1))
 #: Shells: 1 over w/l, w/h, meshes whose elements are `FINER` times shorter each.
 SHELLS = (
     (20.0, 50.0, ((27, 3), (40, 4), (60, 6))),
@@ -75,8 +77,10 @@ def run(out: Path) -> dict[str, Number]:
     }  # fmt: skip
     onset(lines, shells)
     picture(out / "shift_branches.png", lines, shells)
-    write(out / "shift_branches.md", lines, shells)
-    return numbers(lines, shells)
+    crossed = kept.get(f"{CROSSED.name}_crossed", functools.partial(shift_finite.reach, CROSSED))
+    ends = shift_finite.limit(crossed)
+    write(out / "shift_branches.md", lines, shells, crossed, ends)
+    return numbers(lines, shells) | {"ends_finite_20": _number(ends)}
 
 
 def onset(lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], Thin]) -> None:

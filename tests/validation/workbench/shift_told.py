@@ -215,9 +215,24 @@ OTHERS = """\
 `sadowsky` has no value here: where the curvature passes zero its density is infinite with any twist, and U and US are
 twisted there. `finite` (w/h = 50, 50 equal elements, halved) is not followed beyond U, and at w/l = 1/10 not along it:
 the layer at its clamps is lost first ([7.2](shift/README.md)), on each mesh at another shift."""
+CROSSED = """\
+What does not settle in `finite` is where the layer at its clamps gives way. eta = kappa tau / (kappa^2 + 1 / zeta^2)
+is greatest at |kappa| = 1 / zeta, where the derivative of x = w eta' / 2 by kappa' passes zero: nothing resists a
+change of kappa' there. From a shift of about 0.304 on the clamp's curvature is below 1 / zeta, and beside it kappa
+crosses that value as steeply as elements let it: those that are not short at the crossing hold it, and U goes on (on
+elements graded to the clamps alone it is lost at 0.3192, 0.3167, 0.3147, halved: 7.2). With a joint on every crossing,
+ever shorter elements there, placed anew at every state, the last stable state that is found of U is at {ends}, soon
+behind the first crossing. What it becomes beyond, a curvature that may leap from kappa to 1 / (zeta^2 kappa) at one
+eta, continuous curvatures do not hold: so U again, US and S have no number."""
 
 
-def write(path: Path, lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], Thin]) -> None:
+def write(
+    path: Path,
+    lines: Mapping[Case, Diagram],
+    shells: Mapping[tuple[float, float], Thin],
+    crossed: Sequence[Mapping[str, Any]],
+    ends: Settled,
+) -> None:
     """The page."""
     left = open_ones(lines, shells)
     rippled = [f"{one.ripples} folds (w/l = 1/{case.narrow:g})" for case, one in lines.items() if one.ripples]
@@ -235,10 +250,26 @@ def write(path: Path, lines: Mapping[Case, Diagram], shells: Mapping[tuple[float
         "## Ribbons and rods",
         "Elements of `wunderlich` are placed anew at every point (`Grading`), those of `kirchhoff` (w/h = 50; it does "
         f"not know w/l) are 50 equal ones; halved twice. Pairs of folds nearer to each other (or one to the "
-        f"fork) than {RIPPLE:g} l are what elements make of a steep piece and are not counted: {', '.join(rippled) or 'none'}, `wunderlich`.",
+        f"fork) than {RIPPLE:g} l are what elements make of a steep piece and are not counted: "
+        f"{', '.join(rippled) or 'none'}, `wunderlich`.",
         page.table(("model", "w/l", "w/h", "what", "elements", "halved", "twice", "limit", "+-"), _rows(lines)),
         NARROW.replace("\n", " "),
         OTHERS.replace("\n", " "),
+        "### `finite` on elements that stand at its crossings (w/l = 1/20, w/h = 50)",
+        CROSSED.replace("\n", " ").format(ends=f"{ends.value:.4f} +- {ends.error:.0e}"),
+        page.table(
+            ("shortest", "longest element", "elements", "last stable shift", "first crossing at", "clamp's curvature"),
+            [
+                (
+                    f"{one['least']:.1e}",
+                    str(one["elements"]),
+                    f"{one['shift']:.5f}",
+                    f"{one['crossing']:.5f}",
+                    f"{one['clamp']:.3f}",
+                )
+                for one in crossed
+            ],
+        ),
         "## Shells",
         "Meshes with elements 1.5 times shorter each; a hysteresis is the interval between two folds of US, which is "
         "followed down to a height of 0.18 l. Where S is lost at w/h = 50 settles on meshes that are halved: "
