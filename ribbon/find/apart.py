@@ -256,7 +256,7 @@ def _pushes(problem: MixedProblem, minimum: Minimum | Equilibrium) -> FloatArray
     return np.empty(0) if where is None else -minimum.rows[where]
 
 
-def pushing_with(problem: MixedProblem, minimum: Minimum) -> list[tuple[Pair, float]]:
+def pushing_with(problem: MixedProblem, minimum: Minimum | Equilibrium) -> list[tuple[Pair, float]]:
     """The pairs that push, where they have gone, and with what (D w / l^2)."""
     push = _pushes(problem, minimum)
     least = max(_PUSHES, _CLEARLY * float(push.max(initial=0.0)))

@@ -147,3 +147,30 @@ def touched(y: FloatArray, touch: str, v: FloatArray, diameter: float, end: floa
             found.forces.append(own[2])
             y = pushed(y, own[2])
     return found
+
+
+def states(y: FloatArray, touch: str, v: FloatArray, diameter: float, end: float, at: FloatArray) -> FloatArray:
+    """The states (16, k) at abscissae `at` (k,), ascending, of the strand of `along`."""
+    parts: list[FloatArray] = []
+    s, k, line = 0.0, 0, False
+
+    def on(y: FloatArray, to: float) -> FloatArray:
+        inside = at[(at > s) & (at <= to)] if parts else at[at <= to]
+        parts.append(walked(y, s, to, line, inside) if inside.size else np.empty((16, 0)))
+        return walked(y, s, to, line) if to > s else y
+
+    for letter in touch:
+        own = [float(each) for each in v[k : k + UNKNOWNS[letter]]]
+        k += UNKNOWNS[letter]
+        y, s = on(y, own[0]), own[0]
+        y = pushed(y, own[1] if letter == "p" else -2.0 * slopes(y)[2] / diameter)
+        if letter == "p":
+            continue
+        line, last = True, end if letter == "m" else own[1]
+        y, s = on(y, last), last
+        line = False
+        if letter == "l":
+            y = pushed(y, own[2])
+    if s < end:
+        on(y, end)
+    return np.concatenate(parts, axis=1)

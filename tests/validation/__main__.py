@@ -61,6 +61,7 @@ NAMES = (
     "ply",
     "michell",
     "plectoneme",
+    "contact_lines",
     "edges",
     "curl_length",
     "rod_ribbon",

@@ -110,10 +110,10 @@ def _ahead(before: float, old: Jointed, at: float, here: Jointed, to: float) -> 
 
     one, other = old.touching, here.touching
     places = tuple((float(a), float(b)) for a, b in on(one.places, other.places)) if other.places else ()
-    ends = [
-        Line(*on((a.begin, a.end), (b.begin, b.end)).tolist(), tuple(map(float, on(a.facing, b.facing))))
-        for a, b in zip(one.lines, other.lines, strict=True)
-    ]
+    ends = []
+    for a, b in zip(one.lines, other.lines, strict=True):
+        first, last = on((a.begin, a.end), (b.begin, b.end)).tolist()
+        ends.append(Line(first, last, tuple(map(float, on(a.facing, b.facing)))))
     touching = Touching(places, tuple(ends))
     problem = here.state.problem
     assert isinstance(problem, MixedProblem)

@@ -31,9 +31,9 @@ from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum
 FloatArray = NDArray[np.float64]
 
 #: Rounds of joints that move, of which each takes an equilibrium; iterations of one.
-ROUNDS, _MOST = 40, 40
+ROUNDS, _MOST = 40, 80
 #: Part of a segment by which places, and ends of lines, are beside their joints at the most.
-_PLACED, _ENDED = 1e-4, 2e-3
+_PLACED, _ENDED = 1e-3, 1e-2
 #: Part of the way to where the second derivative would vanish that an end goes at first, and of a segment at the most.
 _FIRST, _STEP = 0.5, 0.4
 #: Part of a segment below which a line is a place.
@@ -56,7 +56,8 @@ class Jointed:
     @property
     def pushes(self) -> FloatArray:
         """What each pair pushes with (k,), D w / l^2: places, then the stations of lines."""
-        return -self.state.rows[self.state.problem.block_slices()["pairs"]] if self.state.problem.pairs else np.empty(0)
+        where = self.state.problem.block_slices().get("pairs")
+        return np.empty(0) if where is None else np.asarray(-self.state.rows[where])
 
 
 def begun(state: Equilibrium) -> Touching:
@@ -239,7 +240,9 @@ def _moved(here: Jointed, before: dict[tuple[int, int], tuple[float, float]]) ->
 
 def _far(here: Jointed, moved: Touching) -> bool:
     """Whether joints are not yet where they belong."""
-    h, was = here.length, here.state.problem.pairs
+    problem = here.state.problem
+    assert isinstance(problem, MixedProblem)
+    h, was = here.length, problem.pairs
     for place, pair in zip(moved.places, was, strict=False):
         if max(abs(place[0] - pair.s), abs(place[1] - pair.s_other)) > _PLACED * h:
             return True

@@ -119,11 +119,12 @@ def joints(
     near = _SAME * length
     ends = [own[0]] + [b for a, b in pairwise(own) if b - a > near]
     ends[-1] = 1.0
-    out, found = [np.array([0.0])], []
+    out: list[FloatArray] = [np.array([0.0])]
+    found: list[int] = []
     for a, b in pairwise(ends):
-        line = [each for each in inside if abs(each[0] - a) < near and abs(each[-1] - b) < near]
-        if line:
-            out.append(line[0][1:])
+        own_joints = [each for each in inside if abs(each[0] - a) < near and abs(each[-1] - b) < near]
+        if own_joints:
+            out.append(own_joints[0][1:])
             continue
         count = counts[len(found)] if len(counts) > len(found) else _count(b - a, length)
         found.append(count)
