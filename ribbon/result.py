@@ -293,28 +293,38 @@ class Equilibrium:
 
     def omega(self, s: ArrayLike) -> FloatArray:
         """Normal curvature (k,) in 1/l at abscissae s (k,) in l, [0, 1]."""
-        return self._along(s)[2]
+        return self._curved(s)[0]
 
     def eta(self, s: ArrayLike) -> FloatArray:
         """Ruling direction eta = tan(theta) (k,) at abscissae s (k,) in l, [0, 1]; 0 where the twist is free: sections
         are then square to the centreline."""
-        found = self._along(s)[3]
+        found = self._curved(s)[1]
         return np.zeros_like(found) if self.has_free_twist else found
 
     def tau(self, s: ArrayLike) -> FloatArray:
         """Twist kappa_3 (k,) in 1/l at abscissae s (k,) in l, [0, 1]."""
-        _, _, omega, eta = self._along(s)
+        omega, eta = self._curved(s)
         return eta if self.has_free_twist else eta * omega
 
     def in_plane(self, s: ArrayLike) -> FloatArray:
         """In-plane curvature kappa_2 (k,) in 1/l at abscissae s (k,) in l, [0, 1]; 0 where the energy has none."""
-        at, sign = _surface.behind_seam(np.atleast_1d(self._on(s)), self.seam)
+        i, h, sign = self._places(s)
         q = self.parameters
-        if q.shape[1] == 4:
-            return np.zeros(at.size)
+        return np.zeros(i.size) if q.shape[1] == 4 else np.asarray(sign * (q[i, 4] * h + q[i, 5]))
+
+    def _curved(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """omega (k,) and eta (k,), or the free twist, as `_along` has them, without the series of the centreline."""
+        i, h, sign = self._places(s)
+        q = self.parameters
+        eta = q[i, 2] * h + q[i, 3]
+        return sign * (q[i, 0] * h + q[i, 1]), eta if self.has_free_twist else sign * eta
+
+    def _places(self, s: ArrayLike) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+        """Segments (k,) of abscissae, how far (k,) they lie behind their starts, and the sign (k,) beyond a seam."""
+        at, sign = _surface.behind_seam(np.atleast_1d(np.asarray(self._on(s), dtype=float)), self.seam)
         joints = np.concatenate([[0.0], np.cumsum(self.problem.lengths)])
-        i = np.clip(np.searchsorted(joints, at, side="right") - 1, 0, len(q) - 1)
-        return np.asarray(sign * (q[i, 4] * (at - joints[i]) + q[i, 5]))
+        i = np.clip(np.searchsorted(joints, at, side="right") - 1, 0, self.problem.lengths.size - 1)
+        return i, at - joints[i], sign
 
     def pose(self, s: float) -> Pose:
         """Position (l) and frame at one abscissa s in l, [0, 1]."""

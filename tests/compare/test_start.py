@@ -27,7 +27,8 @@ sys.exit(main(sys.argv[1:]))
 #: What a ribbon's answer needs none of: pictures, VTK, files of meshes, the references, half of scipy.
 HEAVY = (
     "matplotlib", "mpl_toolkits", "vtkmodules", "vtk", "pyvista", "meshio", "skfem", "dolfinx", "scipy.optimize",
-    "scipy.stats", "scipy.integrate", "scipy.interpolate", "scipy.signal", "numba.typed.typedobjectutils",
+    "scipy.stats", "scipy.integrate", "scipy.interpolate", "scipy.signal", "numba.typed.typedobjectutils", "shellref",
+    "compare.models.shell_build", "compare.studies.branches.measured", "urllib.request",
 )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from ribbon import Clamp, Gravity, Strip, solve
 from ribbon.energies import FREE_ENERGIES
 from ribbon.energies.section.profile import Local
-from ribbon.sections import local_state, offsets
+from ribbon.sections import local_state, offsets, placed
 
 WIDTHS = np.array([0.2, 0.1, 0.05, 0.025])
 SLOPES = 1.5, -3.0, 0.7
@@ -44,8 +44,9 @@ def orders(errors):
     return np.log2(errors[:-1] / errors[1:])
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize("energy", ["sadowsky_kt", "finite"])
-def test_width_and_right_angles_are_kept_to_the_fourth_order(centreline, energy):
+def test_width_and_right_angles_are_kept_to_the_fourth_order(centreline, energy, side):
     """Curvatures that vary along the strip, h in proportion to w^2 (z the same); normals to the third order."""
     section = FREE_ENERGIES[energy].section
     s = np.array([0.2, 0.45])
@@ -64,7 +65,7 @@ def test_width_and_right_angles_are_kept_to_the_fourth_order(centreline, energy)
             (offset, _), r = place(s, v)
             return r + offset
 
-        v = 0.45 * w
+        v = side * 0.45 * w
         by_s = difference(lambda h, v=v, point=point: point(s + h, v), 1e-4)
         by_v = difference(lambda h, v=v, point=point: point(s, v + h), 1e-3 * w)
         normal = np.cross(by_s, by_v)
@@ -180,3 +181,31 @@ def test_the_local_state_is_that_of_the_elements(curl):
     assert (curl.tau(s + h) - curl.tau(s - h))[inside] / (2 * h) == pytest.approx(local.dt[inside], abs=1e-4)
     assert np.all(local.natural == 10.0)
     assert np.all(local.slope == 0.0)
+
+
+@pytest.mark.parametrize("energy", sorted(name for name, law in FREE_ENERGIES.items() if law.section is not None))
+def test_sections_are_even_across(energy):
+    """Shapes and densities of one side serve both."""
+    section = FREE_ENERGIES[energy].section
+    rng = np.random.default_rng(4)
+    local = Local(*(rng.normal(size=9) * size for size in (8.0, 3.0, 20.0, 20.0, 5.0, 2.0)))
+    y, numbers = np.array([0.003, 0.02, 0.049]), (0.05, 1e-3, 0.3, 0.0)
+    here, there = (section.shape(local, side * y, numbers) for side in (1.0, -1.0))
+    for name, side in (("f", 1.0), ("across", -1.0), ("along", 1.0)):
+        one, other = getattr(here, name), side * getattr(there, name)
+        assert np.abs(one - other).max() <= 1e-12 * np.abs(one).max()
+    one, other = (section.shares(local, side * y, numbers).total for side in (1.0, -1.0))
+    assert np.abs(one - other).max() <= 1e-12 * np.abs(one).max()
+
+
+def test_particles_stand_where_they_stand_one_by_one():
+    """In any order, on both sides and on the middle line."""
+    strip = Strip(1.0, 0.1, poisson=0.3, natural_curvature=4.0, gamma=20.0, thickness=1e-3)
+    found = solve(strip, Clamp(), Gravity(up=(0.6, 0.0, 0.8)), energy="finite", segments=10)
+    s, v = np.meshgrid([0.0, 0.31, 0.5, 1.0], [-0.05, -0.01, 0.0, 0.01, 0.05], indexing="ij")
+    material = np.random.default_rng(1).permutation(np.column_stack([s.ravel(), v.ravel()]))
+    section, numbers = FREE_ENERGIES["finite"].section, found.problem.fields.section
+    for k, normals in enumerate(placed(found, material)):
+        for row, told in zip(material, normals, strict=True):
+            own = offsets(section, local_state(found, row[:1]), float(row[1]), numbers)[k][0]
+            assert np.abs(told - own).max() < 1e-14

@@ -91,3 +91,12 @@ def test_an_open_strip_has_no_seam():
     assert behind_seam(s, -1)[1].tolist() == [-1.0, 1.0, -1.0]
     q, lengths = np.array([[0.0, 1.0, 0.2, 0.5]]), np.array([1.0])
     assert ruling_foot(q, lengths, np.array([[1.0, -0.1]])) == pytest.approx([1.07])  # eta held beyond the end
+
+
+def test_curvatures_need_no_series(closed):
+    """What is told of curvature and ruling alone is what stands beside the centreline, behind the seam too."""
+    found, _, _ = closed
+    s = np.concatenate([np.linspace(-0.4, 1.6, 41), np.cumsum(found.problem.lengths)])
+    _, _, omega, eta = found.continued(s)
+    told = [(found.omega(s), omega), (found.eta(s), eta), (found.tau(s), eta * omega)]
+    assert max(float(np.abs(one - other).max()) for one, other in told) < CLOSED

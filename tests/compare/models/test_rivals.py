@@ -376,3 +376,15 @@ def test_one_equilibrium_is_probed_once(monkeypatch):
     assert asked[0] is state.native
     assert state.rivals is not None
     assert state.rivals.tries == rivals.TRIES
+
+
+def test_limits_look_beside_a_state_once(monkeypatch):
+    """The estimate takes the word of the probe that the solve has asked."""
+    from compare.studies import limits
+
+    asked, own = [], rivals.probe
+    monkeypatch.setattr(rivals, "probe", lambda scene, found: asked.append(found) or own(scene, found))
+    found = limits.quick(auto.with_energy(felt.own(), "wunderlich"), limits.Thresholds())
+    assert len(asked) == 1
+    assert asked[0] is found[0].ribbon.native
+    assert found[0].estimate.rival == found[0].ribbon.rivals.seen[1]
