@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ribbon.find import doubling
 from ribbon.judge.inertia import Pencil
-from ribbon.problems import transfer
+from ribbon.problems import prolonged, transfer
 from ribbon.problems.chained import ChainedProblem
 from ribbon.solvers import choose
 from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum
@@ -48,7 +48,8 @@ def minimum(
     if not first.residual <= RESIDUAL_TOLERANCE or not _is_minimum(few, first):
         return choose.minimise(problem, x, options, progress, rough=rough)
     start = transfer.on_joints(few, first.x, problem)
-    point = choose.minimise(problem, start, options, progress, near=True, rough=rough)
+    near = prolonged.fields(few, first.x, problem)
+    point = choose.minimise(problem, near, options, progress, near=True, rough=rough)
     if doubling.above(problem, point.x, start, x):
         other = choose.minimise(problem, x, options, progress, rough=rough)
         if not doubling.above(problem, other.x, point.x):

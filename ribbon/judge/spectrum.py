@@ -80,17 +80,15 @@ class SecondVariation:
         """Number of eigenvalues below `shift` (D w / l)."""
         return self._factor(shift)[1]
 
-    def lowest(self, near: float | None = None) -> tuple[float, FloatArray]:
-        """The lowest eigenvalue (D w / l), and its mode (n,), of length 1 in the metric; near: what it may be near to,
-        that of a state beside, below which a shift is tried first: with nothing below that it is lowest.
+    def lowest(self) -> tuple[float, FloatArray]:
+        """The lowest eigenvalue (D w / l), and its mode (n,), of length 1 in the metric.
 
         It is inf where nothing can move, nan where no shift has nothing below it, or what the iteration finds is not
         what the inertia counts."""
-        shifts = iter(_SHIFTS if near is None or not near > 0.0 else ((1.0 - 0.5 * _NEAR) * near, *_SHIFTS))
-        shift = next(shifts)
+        shift, shifts = _SHIFTS[0], iter(_SHIFTS[1:])
         factor, count = self._factor(shift)
         while count > 0 and abs(shift) < _MOST:
-            shift = next(shifts, -_FURTHER * abs(shift))
+            shift = next(shifts, _FURTHER * shift)
             factor, count = self._factor(shift)
         mode = np.zeros(self._held.free.size)
         if count != 0:
@@ -99,8 +97,7 @@ class SecondVariation:
         if inverse == 0.0:
             return np.inf, mode
         value = shift + 1.0 / inverse
-        under = value - _NEAR * abs(value)
-        if shift < under and self.below(under) > 0:  # of a wide spectrum Lanczos's iteration may end above others
+        if self.below(value - _NEAR * abs(value)) > 0:  # of a wide spectrum Lanczos's iteration may end above others
             low = self._beneath(shift, value)
             factor, _ = self._factor(low)
             inverse, found = self._lanczos(lambda v: self._upper(factor, self._weights @ v), _STEPS)

@@ -126,18 +126,15 @@ def negative(hessian: FloatArray, weights: FloatArray) -> bool:
     return bool(np.linalg.eigvalsh(hessian / np.outer(size, size))[0] < -_SCALED_NEGATIVE)
 
 
-def judge(problem: Problem, minimum: Minimum, near: float | None = None) -> Stability:
-    """Second-order check of a stationary point, in the unknowns of its problem; near: an eigenvalue that the lowest may
-    be near to, which spares work of a problem with rows."""
+def judge(problem: Problem, minimum: Minimum) -> Stability:
+    """Second-order check of a stationary point, in the unknowns of its problem."""
     if isinstance(problem, ChainedProblem):
         return check(problem, minimum.x)
     assert isinstance(problem, MixedProblem)
-    return check_mixed(problem, minimum.x, minimum.multipliers, minimum.rows, near)
+    return check_mixed(problem, minimum.x, minimum.multipliers, minimum.rows)
 
 
-def check_mixed(
-    problem: MixedProblem, x: FloatArray, multipliers: FloatArray, rows: FloatArray, near: float | None = None
-) -> Stability:
+def check_mixed(problem: MixedProblem, x: FloatArray, multipliers: FloatArray, rows: FloatArray) -> Stability:
     """Second-order check of a stationary point of the mixed model on the tangent of its active constraints.
 
     x, multipliers (n,); rows (m,); by the inertia of a factor along the strip (`ribbon.judge.spectrum`), not known
@@ -158,7 +155,7 @@ def check_mixed(
         at[problem.layout.eta] = at_joints(twin.parameters(found.at), problem.lengths)[1]
         return replace(found, mode=mode, at=at)
     held = reduction.tangent(problem, x, multipliers, rows)
-    best = _mixed_once(problem, x, rows, held, near)
+    best = _mixed_once(problem, x, rows, held)
     if best.stable is True:
         for y in other_rulings(problem, x):
             other = _mixed_once(problem, y, rows, held)
@@ -169,17 +166,13 @@ def check_mixed(
     return best
 
 
-def _mixed_once(
-    problem: MixedProblem, x: FloatArray, rows: FloatArray, held: reduction.Tangent, near: float | None = None
-) -> Stability:
-    return of_variation(SecondVariation(problem, x, rows, held), x, held, near)
+def _mixed_once(problem: MixedProblem, x: FloatArray, rows: FloatArray, held: reduction.Tangent) -> Stability:
+    return of_variation(SecondVariation(problem, x, rows, held), x, held)
 
 
-def of_variation(
-    second: SecondVariation, x: FloatArray, held: reduction.Tangent, near: float | None = None
-) -> Stability:
-    """The verdict of a second variation at x (n,); near: `SecondVariation.lowest`."""
-    lowest, mode = second.lowest(near)
+def of_variation(second: SecondVariation, x: FloatArray, held: reduction.Tangent) -> Stability:
+    """The verdict of a second variation at x (n,)."""
+    lowest, mode = second.lowest()
     if not np.isfinite(lowest):
         return Stability(lowest, mode, x, None if np.isnan(lowest) else True, False, held.bounds)
     tolerance = 0.0

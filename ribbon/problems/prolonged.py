@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from ribbon.problems import mixed_kernels as kernels
+from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.held import FloatArray
 from ribbon.problems.layout import STRIDE
 from ribbon.problems.mixed import MixedProblem
@@ -56,6 +57,16 @@ def joints(lengths: FloatArray) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(lengths)])
 
 
+def fields(few: ChainedProblem, x: FloatArray, many: ChainedProblem) -> FloatArray:
+    """The fields of the shape x of a chained ribbon as unknowns of `many`, which has more segments, same clamp."""
+    s, t = joints(few.lengths), joints(many.lengths)
+    omega, eta = few.joint_values(x)
+    bent = few.in_plane_values(x)
+    turned = finer(s, eta, t) if many.fields.free else _within(many, finer(s, eta, t), np.interp(t, s, eta))
+    turned[0] = eta[0] if few.clamp.ruling == "straight" else turned[0]
+    return many.state(finer(s, omega, t), turned, None if bent is None else finer(s, bent, t))
+
+
 def shape(few: MixedProblem, x: FloatArray, many: MixedProblem) -> FloatArray:
     """The shape x of `few` as unknowns of `many`, which has more segments and the same clamps, left where it was."""
     s, t = joints(few.lengths), joints(many.lengths)
@@ -80,7 +91,7 @@ def shape(few: MixedProblem, x: FloatArray, many: MixedProblem) -> FloatArray:
     return y
 
 
-def _within(many: MixedProblem, eta: FloatArray, linear: FloatArray) -> FloatArray:
+def _within(many: MixedProblem | ChainedProblem, eta: FloatArray, linear: FloatArray) -> FloatArray:
     """eta (p + 1,) where its slopes stay inside of the bounds as far as those of `linear` do, else that."""
     steep, before = (np.abs(np.diff(each)) / many.lengths * many.half_width for each in (eta, linear))
     loud = 1.0 - steep < _LEFT * (1.0 - before)

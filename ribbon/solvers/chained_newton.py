@@ -519,6 +519,7 @@ def descend(x, lengths, material, loads, bounds, exact, iterations, state, gradi
     steep = bounded and bounds.reach < 1.0  # the energy is infinite on a bound
     blind = False  # whether the last step was taken by the gradient, its energy being rounding or a saddle's
     before = np.inf
+    earlier = 0.0  # the residual before that, between two whole Newton steps, else 0
     negative = turn = 0
     turned_so_far = 0.0
     while True:
@@ -546,7 +547,8 @@ def descend(x, lengths, material, loads, bounds, exact, iterations, state, gradi
             state[SADDLE], blind = 0.1 * before, False  # no saddle here: down again
             continue
         state[RESIDUAL] = residual
-        if mu == 0.0 and residual <= good:
+        # as the last two steps converged, quadratically, this one is exact: what is left is rounding
+        if mu == 0.0 and (residual <= good or (residual <= tolerance and before**3 <= good * earlier * earlier)):
             state[ENDED] = CONVERGED
             return
         if turn == iterations or (turn > 0 and turned_so_far > _TURNED):
@@ -563,7 +565,8 @@ def descend(x, lengths, material, loads, bounds, exact, iterations, state, gradi
         _stepped(x, gradient, slopes, bounds, linear, used, stiffest, free, walled, y, step, jump, turned)
         most = _furthest(x, step, bounds, linear.held, walled, turned)
         right[:], kept[:] = gradient, x
-        before_value, before = value, residual
+        whole = mu == 0.0 and negative == 0 and before < np.inf
+        before_value, earlier, before = value, before if whole else 0.0, residual
         untried = negative > 0 and not shifted
         length, value, blind = _searched(
             x, q, lengths, material, loads, bounds, mu, value, slopes, step, jump, most, untried, walled, state, parts,
@@ -574,6 +577,8 @@ def descend(x, lengths, material, loads, bounds, exact, iterations, state, gradi
             return
         if mu > 0.0:
             _move_multipliers(x, step, length, bounds.lower, bounds.upper, linear.held, below, above, mu, y)
+        if length != 1.0:
+            earlier = 0.0
         x[:] = y
         state[ENERGY] = value
         state[ITERATIONS] += 1.0

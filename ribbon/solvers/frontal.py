@@ -93,7 +93,7 @@ class Pattern:
         )  # fmt: skip
 
     def give_back(self, filled: kernels.Pivots) -> None:
-        """The room of a factor that is gone is that of the next: fresh memory costs a tenth of a factorisation."""
+        """The room of a factor that is gone is that of the next."""
         if not self._spare and filled.column.size == self._capacity:
             self._spare.append(filled)
 

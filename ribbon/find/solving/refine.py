@@ -81,7 +81,7 @@ def climbed(few: Equilibrium, problem: MixedProblem) -> Equilibrium | None:
     minimum = None if few.active_bounds else doubling.by_doublings(coarse, start, problem)
     if minimum is None:
         return None
-    state = judged(problem, minimum, How(), few.lowest_eigenvalue)
+    state = judged(problem, minimum, How())
     seen = "" if few.minima is None or len(few.minima.energies) < 2 else f"; {few.minima}"
     return replace(state, minima=few.minima, branch=few.branch, message=state.message + seen)
 

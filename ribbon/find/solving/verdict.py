@@ -42,12 +42,12 @@ class _Measured:
     where: tuple[float, float] = (0.0, 0.0)
 
 
-def judged(problem: Problem, minimum: Minimum, how: How, near: float | None = None) -> Equilibrium:
-    """The equilibrium at a minimiser's end; near: what its lowest eigenvalue may be near to (`stability.judge`)."""
+def judged(problem: Problem, minimum: Minimum, how: How) -> Equilibrium:
+    """The equilibrium at a minimiser's end."""
     evaluations = problem.counters.by_name()
     parts = problem.energy_parts(minimum.x)
     clock = time.perf_counter()
-    at = _measured(problem, minimum, parts, how.check, near)
+    at = _measured(problem, minimum, parts, how.check)
     status, message, integral = _verdict(problem, minimum, at, how)
     known, check = status in _STATIONARY, at.check
     return Equilibrium(
@@ -78,10 +78,10 @@ def judged(problem: Problem, minimum: Minimum, how: How, near: float | None = No
     )
 
 
-def _measured(problem: Problem, minimum: Minimum, parts: FloatArray, wanted: bool, near: float | None) -> _Measured:
+def _measured(problem: Problem, minimum: Minimum, parts: FloatArray, wanted: bool) -> _Measured:
     finite = bool(np.all(np.isfinite(minimum.x)) and np.all(np.isfinite(parts)))
     requested = wanted and finite and (not problem.row_count or minimum.residual <= RESIDUAL_TOLERANCE)
-    check = stability.judge(problem, minimum, near) if requested else None
+    check = stability.judge(problem, minimum) if requested else None
     steepest = 0.0
     if not problem.fields.free:
         steepest = float(np.abs(problem.parameters(minimum.x)[:, 2]).max() * problem.half_width)

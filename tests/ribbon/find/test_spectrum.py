@@ -108,22 +108,3 @@ def test_an_eigenvalue_that_the_counts_deny_is_not_told(name, monkeypatch):
     monkeypatch.setattr(SecondVariation, "_beneath", lambda self, low, high: low)
     value, _ = second.lowest()
     assert np.isnan(value) or value == pytest.approx(right, rel=0.05)
-
-
-@pytest.mark.parametrize("name", ["two clamps", "moebius"])
-def test_a_number_that_the_lowest_may_be_near_to_changes_nothing_but_the_work(name, monkeypatch):
-    """Near it one factor is enough, to count and to iterate; above others, or far below, it is as if it had not been
-    given."""
-    state = found(name)
-    held = reduction.tangent(state.problem, state.x, state.multipliers, state.rows)
-    second = SecondVariation(state.problem, state.x, state.rows, held)
-    lowest, mode = second.lowest()
-    factors = []
-    own = SecondVariation._factor
-    monkeypatch.setattr(SecondVariation, "_factor", lambda self, shift: factors.append(shift) or own(self, shift))
-    for near, most in ((1.001 * lowest, 1), (0.999 * lowest, 1), (0.5 * lowest, 2), (50.0 * lowest, 3), (-1.0, 2)):
-        factors.clear()
-        value, there = second.lowest(near)
-        assert value == pytest.approx(lowest, rel=1e-9)
-        assert abs(there @ (reduction.metric(state.problem) @ mode)) == pytest.approx(1.0, abs=1e-7)
-        assert len(factors) <= most, near
