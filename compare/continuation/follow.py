@@ -26,6 +26,8 @@ GROW, CUT = 1.6, 0.4
 SHRUNK = (1.0, 0.3, 0.1, 0.03, 0.01)
 #: Steps behind which a branch may be found closed; distance from its first point, over the step, at which it is.
 _EARLY, _NEAR = 6, 0.6
+#: Events at one place (arc length, over the shortest step) behind which nothing keeps to all conditions.
+_EVENTS = 8
 
 
 def follow(
@@ -40,6 +42,7 @@ def follow(
     points: list[Point] = [start]
     found: list[Special] = []
     step, refused, bent = options.step, 0, None
+    met: list[float] = []
     while len(points) < options.steps:
         here = points[-1]
         moved = _step(here, step, bent, span, options)
@@ -52,6 +55,9 @@ def follow(
         there, ahead, between, landed = moved
         found += [on_its_elements(special, options) for special in between]
         events = [special for special in between if special.kind == "event"]
+        met = [arc for arc in (*met, *(one.point.arc for one in events)) if there.arc - arc <= options.least]
+        if len(met) > _EVENTS:
+            return Run(tuple(points), tuple(found), "stuck", refused)
         if not events:
             there, more = carried_on(here, there, options, landed)
             found += [on_its_elements(special, options) for special in more]

@@ -1,9 +1,9 @@
 """A system on one branch of a circle of branches: what turns the shape and costs nothing is held.
 
 Every point of such a branch has a null vector, p, along the circle, and its residual has no part there. On elements
-that are not turned with it the circle is one but for what they miss: a small force along it is left. With u = M p of the
-first point a point is an equilibrium but for a multiple of u, G = m u, beside which <u, dz> = 0 (Lyapunov and Schmidt,
-as in `compare.continuation.ring`); its inertia is that of K on what is left, [K u; u^T 0] (Haynsworth's law).
+that are not turned with it the circle is one but for what they miss: a small force along it is left. With u = M p of
+the first point a point is an equilibrium but for a multiple of u, G = m u, beside which <u, dz> = 0 (Lyapunov and
+Schmidt, as in `compare.continuation.ring`); its inertia is that of K on what is left, [K u; u^T 0] (Haynsworth's law).
 """
 
 from __future__ import annotations

@@ -200,10 +200,10 @@ def sentences(diagram: Diagram) -> list[str]:
     """What else to know."""
     said = []
     if diagram.unsettled:
+        moving = "" if diagram.moving else ", or such as follow the passages of its curvature through zero (--moving)"
         said.append(
             f"{diagram.unsettled} folds or branch points do not settle on elements halved twice: take more elements "
-            "(--set model.elements=N), or such as follow the passages of its curvature through zero (--moving), before "
-            "their places are believed."
+            f"(--set model.elements=N){moving}, before their places are believed."
         )
     if diagram.rough:
         said.append(

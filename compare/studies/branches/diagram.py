@@ -120,13 +120,15 @@ class Branch:
 class Diagram:
     """All branches of all models of a scene over one number.
 
-    starts: model -> its state where its first branch begins; left: branches that were met and not followed."""
+    starts: model -> its state where its first branch begins; left: branches that were met and not followed; moving:
+    whether elements followed what is sudden in the shape."""
 
     scene: Scene
     along: Along
     branches: tuple[Branch, ...]
     starts: Mapping[str, State]
     left: int = 0
+    moving: bool = False
 
     @property
     def special(self) -> list[tuple[Branch, BranchPoint]]:

@@ -120,7 +120,7 @@ def diagram(
             branches += found.all(len(branches))
             starts[word] = found.start.state
             left += found.left
-    return Diagram(scene, chosen[0][2], tuple(branches), starts, left)
+    return Diagram(scene, chosen[0][2], tuple(branches), starts, left, asked.moving)
 
 
 def _key(scene: Scene, key: str, first: float | None, last: float | None, words: Sequence[str], asked: Asked) -> str:

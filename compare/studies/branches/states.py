@@ -42,9 +42,9 @@ PUSHED = 0.3
 class Seen:
     """An equilibrium: energy (total, D w / l, without the constant of the natural curvature), number of unstable modes,
     distance (largest, of points at the same s, l) from the scene's own state, how it was found, of which one before it
-    is an image by its energy (None: of none), its centreline (101, 3) in l and its shape; bars: how far energy and shape
-    are from those of elements halved twice, which settle only where finer ones have as many unstable modes; those of
-    what it is an image of; None: not asked for, or no time."""
+    is an image by its energy (None: of none), its centreline (101, 3) in l and its shape; bars: how far energy and
+    shape are from those of elements halved twice, which settle only where finer ones have as many unstable modes; those
+    of what it is an image of; None: not asked for, or no time."""
 
     energy: float
     unstable: int

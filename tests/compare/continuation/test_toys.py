@@ -1,5 +1,7 @@
 """Continuation on systems of closed form: a closed branch, forks near each other and double, a fork's side branch."""
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from compare.continuation.deflate import deflated
 from compare.continuation.finer import relocated
 from compare.continuation.follow import follow, leaving, switched
 from compare.continuation.point import Options
+from compare.continuation.system import Unbounded
 from tests.compare.continuation.toys import Dense, Toy
 
 CIRCLE = Toy(lambda z, t: np.array([z[0] ** 2 + (t - 0.5) ** 2 - 0.16]), 1)
@@ -172,3 +175,58 @@ def test_deflation_finds_each_root_once_and_then_none():
         a, b = deflated(system, z + 1e-3, 1.0, [], 1e-12)
         assert a == pytest.approx(z, abs=1e-8)
         assert b == int(abs(z[0]) < 0.1) + int(abs(z[1]) < 0.1)
+
+
+@dataclass(frozen=True)
+class _Chattering(Unbounded):
+    """z = 0 at every t, with a condition that each change of it breaks again 1e-5 further on."""
+
+    since: float | None = None
+    size: int = 1
+
+    def residual(self, z, t):
+        return z.copy()
+
+    def norm(self, residual):
+        return float(np.abs(residual).max())
+
+    def rate(self, z, t):
+        return np.zeros(1)
+
+    def factor(self, z, t):
+        return _One()
+
+    def mass(self, v):
+        return v
+
+    def stepped(self, z, dz):
+        return z + dz
+
+    def energy(self, z, t):
+        return 0.0
+
+    def slacks(self, z, t):
+        behind = None if self.since is None else abs(t - self.since)
+        return np.array([0.05 - t if behind is None else 1e3 * behind * (1e-5 - behind)])
+
+    def beyond(self, z, t, condition, directions):
+        return replace(self, since=t), z, directions, "changes"
+
+
+@dataclass(frozen=True)
+class _One:
+    unstable: int = 0
+
+    def solve(self, b):
+        return b
+
+    solve_transposed = solve
+
+
+def test_a_branch_on_which_nothing_keeps_to_a_condition_ends_there():
+    """Sadowsky's twisted strip on moving elements went to and fro over one bound for all points that it was allowed."""
+    start = first_point(_Chattering(), np.zeros(1), 0.0, 1e-10)
+    run = follow(start, options=Options(least=1e-3))
+    assert run.ended == "stuck"
+    assert len(run.points) < 30
+    assert all(special.kind == "event" for special in run.specials)

@@ -50,8 +50,8 @@ def curled(torsion, in_plane):
     """K l at which a circle that is bent from the curvature K leaves its plane, of bending stiffness 1.
 
     Turns psi = (psi_t, psi_n) in the frame of the circle, of curvature k = 2 pi / l, change its twist and its bending
-    in the plane of the strip by psi_t' - k psi_n and psi_n' + k psi_t, and the bending that carries the moment 1 - K / k
-    to second order by half the first times psi_n less half the second times psi_t. With psi_n = a cos 2 k s,
+    in the plane of the strip by psi_t' - k psi_n and psi_n' + k psi_t, and the bending that carries the moment
+    1 - K / k to second order by half the first times psi_n less half the second times psi_t. With psi_n = a cos 2 k s,
     psi_t = b sin 2 k s the energy is a quadratic form of a and b; it is zero for m = 1 - K / k below zero at
     m^2 - m (C + B) - 3 C B = 0, twice, as cosines and sines have it."""
     both = torsion + in_plane
