@@ -44,6 +44,8 @@ def test_a_branch_that_leaves_to_the_unstable_side_is_told():
     line = {"shift": [0.381, 0.36, 0.3], "height": [0.3, 0.28, 0.2]}
     assert goes_back(0.38, line) == pytest.approx(0.02)
     assert goes_back(0.38, {**line, "shift": [0.381, 0.39, 0.3]}) == 0.0
+    later = {"shift": [0.381, 0.39, 0.42, 0.36], "height": [0.3, 0.28, 0.26, 0.28]}
+    assert goes_back(0.38, later) == 0.0
 
 
 def test_u_is_stable_again_only_where_its_last_unstable_mode_goes():
