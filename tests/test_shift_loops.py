@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
+from ribbon.energies.finite import density
+from tests.validation.workbench.shift_branches import CROSSED
 from tests.validation.workbench.shift_diagram import Diagram, Place, ends, goes_back, width
+from tests.validation.workbench.shift_finite import soft
 from tests.validation.workbench.shift_followed import rippled
 
 
@@ -44,6 +48,8 @@ def test_a_branch_that_leaves_to_the_unstable_side_is_told():
     line = {"shift": [0.381, 0.36, 0.3], "height": [0.3, 0.28, 0.2]}
     assert goes_back(0.38, line) == pytest.approx(0.02)
     assert goes_back(0.38, {**line, "shift": [0.381, 0.39, 0.3]}) == 0.0
+    later = {"shift": [0.381, 0.39, 0.42, 0.36], "height": [0.3, 0.28, 0.26, 0.28]}
+    assert goes_back(0.38, later) == 0.0
 
 
 def test_u_is_stable_again_only_where_its_last_unstable_mode_goes():
@@ -53,3 +59,15 @@ def test_u_is_stable_again_only_where_its_last_unstable_mode_goes():
     assert ends(changes[:1] + changes[-1:]) == (0, 1)
     assert ends(changes[:5]) == (0, None)
     assert ends([]) == (None, None)
+
+
+def test_where_the_curvature_of_finite_crosses_one_over_zeta_nothing_resists_its_slope():
+    """The second derivative of (10.13) by k' is zero there, to either side it is not; it is 12 of the density's."""
+    width = 1.0 / CROSSED.narrow
+    section = 0.5 * width, width / CROSSED.ratio, 0.3, 0.0
+    stiff = []
+    for share in (0.9, 1.0, 1.1):
+        out = np.empty(15)
+        density(-share * soft(CROSSED), -1.2, -480.0, -250.0, 0.0, 0.0, section, out)
+        stiff.append(out[12])
+    assert abs(stiff[1]) < 1e-9 * min(stiff[0], stiff[2])

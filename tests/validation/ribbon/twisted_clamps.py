@@ -1,5 +1,5 @@
 """A strip between clamps nearer to each other than it is long, one turned about the line between them, from no turn to
-two: states, stability, special points with errors, images, and two places by shooting.
+three: states, stability, special points with errors, images, and two places by shooting.
 
 Kirchhoff's rod of rectangular section (`kirchhoff`). A half turn about the
 axis through the middle that bisects both normals carries the scene into itself read from the other end; a branch is
@@ -46,10 +46,12 @@ from tests.validation.number import Number
 FloatArray = NDArray[np.float64]
 
 #: Segments, and turns up to which is followed.
-SEGMENTS, TURNS = 16, 2.0
+SEGMENTS, TURNS = 16, 3.0
 #: Distance of the clamps, l; unstable modes from which a branch is not followed on.
 APART, MODES = 0.8, 2
 ENERGIES = ("kirchhoff",)
+#: Elements of `finite`, which does not settle.
+FINITE = (16, 32, 64)
 #: Turns at which states by random starts are compared with those of the branches, and starts.
 ASKED, TRIES = 0.3, 4
 #: Shooting and the limit of the elements, turns.
@@ -105,29 +107,52 @@ def scenes(energy: str, segments: int) -> Callable[[float], Scene]:
 
 @dataclass(frozen=True)
 class Line:
-    """A branch: its name, run, and of which special point it leaves."""
+    """A branch: its name, run, which special point it leaves, and at which other one it is back on the symmetric
+    one."""
 
     name: str
     run: Run
     leaves: Special | None
+    back: Special | None = None
 
 
 def _few(point: Point) -> bool:
     return point.unstable < MODES
 
 
+def _until_back(run: Run) -> tuple[Run, Special | None]:
+    """A branch aside until it passes the symmetric one again, and where: behind that it is its own other side."""
+    back = next((k for k, s in enumerate(run.specials) if s.kind == "branch_point" and not s.change), None)
+    if back is None:
+        return run, None
+    there = run.specials[back]
+    points = tuple(point for point in run.points if point.arc < there.point.arc)
+    return replace(run, points=points, specials=run.specials[:back], ended="joins"), there
+
+
+def _is_at(back: Special | None, special: Special) -> bool:
+    return back is not None and abs(back.point.t - special.point.t) < NEAR
+
+
+def _winds(point: Point) -> bool:
+    return point.tangent[1] > 0.0
+
+
 @cache
 def lines(energy: str, segments: int = SEGMENTS) -> tuple[Line, ...]:
-    """The arch's branch, and one side of each branch that leaves it; the other side is its image."""
+    """The arch's branch until it turns back, and one side of each branch that leaves it, once; the other side is its
+    image."""
     model = registry.model("ribbon")
     assert isinstance(model, Branches)
     start = model.branch_start(scenes(energy, segments), None)
     first = first_point(start.system, start.z, 0.0, OPTIONS.tolerance)
     assert first is not None
-    found = [Line("symmetric", follow(first, (0.0, 1.0), OPTIONS), None)]
+    found = [Line("symmetric", follow(first, (0.0, 1.0), OPTIONS, _winds), None)]
     for k, special in enumerate(s for s in found[0].run.specials if s.kind == "branch_point"):
         for side, begin in enumerate(switched(special, OPTIONS)[: 2 if k == 0 else 1]):  # the other is its image
-            found.append(Line(f"aside {k + 1}{'ab'[side]}", follow(begin, (0.0, 1.0), OPTIONS, _few), special))
+            if not any(_is_at(line.back, special) for line in found):
+                run, back = _until_back(follow(begin, (0.0, 1.0), OPTIONS, _few))
+                found.append(Line(f"aside {k + 1}{'ab'[side]}", run, special, back))
     return tuple(found)
 
 
@@ -317,6 +342,17 @@ def pitchfork_of(energy: str) -> float:
     return min(turn(s.point) for s in lines(energy)[0].run.specials)
 
 
+@cache
+def lost_of_finite(segments: int) -> float:
+    """Where the arch of `finite` first has an unstable mode, turns, on so many equal elements."""
+    model = registry.model("ribbon")
+    assert isinstance(model, Branches)
+    start = model.branch_start(scenes("finite", segments), None)
+    first = first_point(start.system, start.z, 0.0, OPTIONS.tolerance)
+    assert first is not None
+    return turn(follow(first, (0.0, 1.0), OPTIONS, lambda point: not point.unstable).specials[0].point)
+
+
 PROBES = {"lost_kirchhoff_coarse": lambda: pitchfork_of("kirchhoff"), "torsion": lambda: _constants()[1]}
 
 
@@ -335,13 +371,17 @@ def run(out: Path) -> dict[str, Number]:
             ])  # fmt: skip
         print(f"  twisted_clamps: {energy}", flush=True)
         kinds = {"lost": ("symmetric", "branch_point", 0), "again": ("symmetric", "branch_point", 1),
-                 "snaps": ("aside 1a", "fold", 0)}  # fmt: skip
+                 "lost_third": ("symmetric", "branch_point", 2), "again_third": ("symmetric", "branch_point", 3),
+                 "turns_back": ("symmetric", "fold", 0), "snaps": ("aside 1a", "fold", 0)}  # fmt: skip
         for key, (name, kind, k) in kinds.items():
             _, limit = _first(energy, name, kind, k)
             assert limit.settles
             numbers[f"{key}_{energy}"] = Number(limit.value, limit.error, "turns", ".7f")
+    changes = [(s.kind, s.change) for s in lines("kirchhoff")[0].run.specials]
+    if changes != [*2 * [("branch_point", 1), ("branch_point", -1)], ("fold", 1)]:
+        raise AssertionError(f"the symmetric branch: {changes}")
     shots = []
-    for key in ("lost", "again"):
+    for key in ("lost", "again", "lost_third", "again_third"):
         name, kind, k = kinds[key]
         special, limit = _first("kirchhoff", name, kind, k)
         place = by_shooting(special)
@@ -363,22 +403,32 @@ def run(out: Path) -> dict[str, Number]:
         "stable": Number(len({round(e, 3) for e, u, _ in by_branches if not u}), 0, shown="d"),
         "missing": Number(len(missing), 0, shown="d"),
     }
+    finite = [lost_of_finite(count) for count in FINITE]
+    for count, place in zip(FINITE, finite, strict=True):
+        numbers[f"lost_finite_{count}"] = Number(place, None, "turns", ".4f", "a number of these elements")
     _picture(out / "twisted_clamps.png")
     numbers |= {
         "lost_kirchhoff_coarse": Number(pitchfork_of("kirchhoff"), 1e-8, "turns", ".7f"),
         "torsion": Number(_constants()[1], 1e-12, "D w", ".6f"),
     }
     page.write(
-        out / "twisted_clamps.md", "Clamped strips from no turn to two: the states connected with the arch",
+        out / "twisted_clamps.md", "Clamped strips from no turn to three: the states connected with the arch",
         "python -m tests.validation twisted_clamps",
         f"w/l = 0.05, w/h = 100, nu = 0.3, no weight; clamps {APART:g} l apart, their tangents along the line between "
         "them, the end turned about it. The strip goes through itself where it would touch. Followed on "
-        f"{SEGMENTS} elements from the flat arch on; a branch aside ends where it has {MODES} unstable modes. Limits "
+        f"{SEGMENTS} elements from the flat arch on until it turns back; a branch aside ends where it has {MODES} "
+        "unstable modes or is back on the symmetric one. Limits "
         "and errors over elements halved twice.",
         page.table(["model", "branch", "what", "turns", "+-", "change of unstable modes", "energy / (D w / l)"], rows),
         "The arch winds with its half turn kept, loses its stability to two shapes that are images of each other, and "
-        "has it again later; the shapes aside are carried on until they snap at a fold. Those that leave where it "
-        "is stable again are unstable but for a short stretch between two folds.",
+        "has it again later; so once more in its third turn, at whose end it snaps at a fold. The shapes aside of the "
+        "first are carried on until they snap at a fold, those of the third turn lead from its loss to where it is "
+        "stable again. Those that leave where it is stable again for the first time are unstable but for a short "
+        "stretch between two folds.",
+        "`finite` has no number here: the arch is lost at "
+        + ", ".join(f"{place:.4f}" for place in finite)
+        + f" turns on {', '.join(str(count) for count in FINITE)} elements. Its curvature passes 1 / zeta, where "
+        "nothing resists a change of kappa', as between [shifted clamps](shift_branches.md).",
         "![Energies over the turns](twisted_clamps.png)",
         "## By shooting (Kirchhoff)",
         page.table(["what", "elements, turns", "+-", "shooting, turns", "apart"], shots),
@@ -386,7 +436,7 @@ def run(out: Path) -> dict[str, Number]:
         f"from the other end) to {own:.0e} l; both sides of the first pitchfork are each other's to {apart:.0e} l "
         f"(at 0.4 and 0.8 turns, where both were followed). Over -turns all is mirrored.",
         f"## States of one scene\n\nFrames do not count turns: at {ASKED:g} turns the states are those of "
-        f"{ASKED:g}, {1 + ASKED:g} and, mirrored, {1 - ASKED:g} and {2 - ASKED:g} turns.",
+        f"{ASKED:g}, {1 + ASKED:g}, {2 + ASKED:g} and, mirrored, {1 - ASKED:g}, {2 - ASKED:g} and {3 - ASKED:g} turns.",
         page.table(["energy", "unstable modes", "branch"], [[f"{e:.4f}", str(u), name] for e, u, name in by_branches]),
         f"`solve --all` with {TRIES} random starts ends in stable states of the energies "
         f"{', '.join(f'{e:g}' for e in stable)}; not on these branches: "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -67,9 +68,11 @@ class Diagram:
 
 
 def goes_back(lost: float, line: Mapping[str, Any]) -> float:
-    """By how much (l) US lies before the shift at which U is lost, down to 0.9 of the height where it leaves U: 0 where
-    it leaves to the stable side."""
-    near = [shift for shift, high in zip(line["shift"], line["height"], strict=True) if high > 0.9 * line["height"][0]]
+    """By how much (l) US lies before the shift at which U is lost, until it is first down at 0.9 of the height where it
+    leaves U: 0 where it leaves to the stable side."""
+    high = 0.9 * line["height"][0]
+    points = zip(line["shift"], line["height"], strict=True)
+    near = [shift for shift, _ in itertools.takewhile(lambda point: point[1] > high, points)]
     return max(0.0, lost - min(near))
 
 

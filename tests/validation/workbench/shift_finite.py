@@ -93,7 +93,12 @@ def reach(case: Case, ladder: Sequence[Grading] = LADDER) -> list[dict[str, Any]
     first "crossing" there (nan: none), both in l; the clamp's curvature "clamp", 1/l."""
     found = Followed(case)
     value, turn, kept = found.along.value, soft(case), [found.first]
-    follow(found.first, options=case.options, on_point=lambda p: bool(kept.append(p) or value(p.t) < FIRST))
+
+    def seen(point: Point) -> bool:
+        kept.append(point)
+        return value(point.t) < FIRST
+
+    follow(found.first, options=case.options, on_point=seen)
     start: Point | None = kept[-2]
     t, told = (FIRST - SPAN[0]) / (SPAN[1] - SPAN[0]), []
     for grading in ladder:

@@ -262,6 +262,7 @@ def write(
             [
                 (
                     f"{one['least']:.1e}",
+                    f"{one['longest']:g}",
                     str(one["elements"]),
                     f"{one['shift']:.5f}",
                     f"{one['crossing']:.5f}",
@@ -275,6 +276,7 @@ def write(
         "followed down to a height of 0.18 l. Where S is lost at w/h = 50 settles on meshes that are halved: "
         "[branches of shells](branches_shell.md).",
         page.table(("w/l", "w/h", "meshes", "what", "coarse", "finer", "finest", "limit", "+-"), _shell_rows(shells)),
-        "Not measured here: shells of w/h = 200 and of other widths (where U is lost: "
+        "Not measured here: shells of w/h = 200, which need 135 x 13 and 203 x 20 elements beside 90 x 9, and of other "
+        "widths (where U is lost: "
         "[7.2](shift/README.md)), strips with weight.",
     )
