@@ -338,8 +338,8 @@ def orders() -> tuple[list[list[str]], dict[str, float]]:
 
 
 def balanced(turn: float) -> list[str]:
-    """Halfway along a ring's line: twist, angle and push per length of the shooting, and those of the ply of least energy
-    that is twisted as much, which nothing pulls and nothing turns."""
+    """Halfway along a ring's line: twist, angle and push per length of the shooting, and those of the ply of least
+    energy that is twisted as much, which nothing pulls and nothing turns."""
     known = shot_ring(turn)[1]
     here, ply = on_shot(known.touched, True), of_twist(known.twist, 0.5 * APART, TORSION)
     return [f"{turn:.4g}", f"{known.twist:.4f}", f"{np.degrees(here['angle']):.3f}", f"{np.degrees(ply.angle):.3f}",
@@ -476,8 +476,8 @@ def run(out: Path) -> dict[str, Number]:
         f"beyond the push per length, on {_MANY} stations or more:",
         page.table(["state", "segments", "energy", "forces of places", "line in all", "at its ends",
                     "per length, halfway", "angle", "penetration", "push times gap"], table),
-        "Halfway along a ring's line, and in a ply without end of the same twist (Thompson, van der Heijden and Neukirch "
-        "2002, by energy):",
+        "Halfway along a ring's line, and in a ply without end of the same twist (Thompson, van der Heijden and "
+        "Neukirch 2002, by energy):",
         page.table(["turn (rad)", "twist", "angle (degrees)", "ply", "push per length", "ply"],
                    [balanced(turn) for turn in (21.1, *_LINED)]),
         "A long ply under the moment M between straight ends has the angle b of M = 2 sin^3 b cos b / (r cos 2b) "
