@@ -24,6 +24,7 @@ from ribbon.solvers.problem import Minimum
 from tests.reference import plectoneme as rods
 from tests.reference import plied_ring as rings
 from tests.reference import strand
+from tests.reference.balanced_ply import of_twist
 from tests.validation import page
 from tests.validation.number import Number
 from tests.validation.ribbon.michell import APART, TORSION, ring
@@ -53,8 +54,8 @@ _RODS = (
 )  # fmt: skip
 #: Turns (rad) of rings with a line, and the greatest step of the shooting to them.
 _LINED, _STEP = (24.0, 27.0), 0.15
-#: Stations from which a line's ends are told from it.
-_MANY = 13
+#: Stations from which a line's push per length is told, and its ends from it.
+_SOME, _MANY = 9, 13
 #: Steps (rad; l) by which a load's slopes are taken.
 _TURNED, _PULLED = 0.02, 0.002
 
@@ -237,8 +238,9 @@ def on_line(one: Jointed) -> dict[str, float]:
     middle = 0.5 * (line.begin + line.end)
     facing = float(np.interp(middle, s, line.facing))
     tangents = one.state.frame([middle, facing])[:, :, 2]
-    found = {"all": float(push.sum()), "per length": float(np.interp(middle, s, push / h)),
-             "angle": 0.5 * float(np.arccos(-tangents[0] @ tangents[1]))}  # fmt: skip
+    found = {"all": float(push.sum()), "angle": 0.5 * float(np.arccos(-tangents[0] @ tangents[1]))}
+    if s.size >= _SOME:
+        found["per length"] = float(np.interp(middle, s, push / h))
     if s.size >= _MANY:
         inner = slice(4, -4)
         fit = np.polynomial.Polynomial.fit(s[inner], push[inner] / h, 2)
@@ -286,11 +288,14 @@ def _row(turn: float, one: Jointed, known: rings.Ring | rods.Plectoneme, touch: 
     if one.touching.lines:
         here, there, line = on_line(one), on_shot(own, is_ring), one.touching.lines[0]
         each["all"] = abs(here["all"] / there["all"] - 1.0)
-        each["per length"] = abs(here["per length"] / there["per length"] - 1.0)
         each["angle"] = abs(np.degrees(here["angle"] - there["angle"]))
+        shown = ["", ""]
+        if "per length" in here:
+            each["per length"] = abs(here["per length"] / there["per length"] - 1.0)
+            shown = [f"{here['per length']:.0f}", f"{each['per length']:.0e}"]
         cells += [f"{line.begin:.4f} to {line.end:.4f}", f"{there['first']:.2f}; {there['last']:.2f}",
-                  f"{here['all']:.2f}", f"{each['all']:.0e}", f"{here['per length']:.0f}",
-                  f"{each['per length']:.0e}", f"{np.degrees(here['angle']):.3f}", f"{each['angle']:.0e}"]  # fmt: skip
+                  f"{here['all']:.2f}", f"{each['all']:.0e}", *shown,
+                  f"{np.degrees(here['angle']):.3f}", f"{each['angle']:.0e}"]  # fmt: skip
     else:
         cells += [""] * 8
     for name, value in each.items():
@@ -319,7 +324,7 @@ def orders() -> tuple[list[list[str]], dict[str, float]]:
                     "place": _place_off(one, _forces(touch, known.touched, is_ring))}  # fmt: skip
             if one.touching.lines:
                 here, there = on_line(one), on_shot(known.touched, is_ring)
-                each |= {k: abs(here[k] / there[k] - 1.0) for k in ("all", "per length", "angle")}
+                each |= {k: abs(here[k] / there[k] - 1.0) for k in ("all", "per length", "angle") if k in here}
                 if "first" in here:
                     each["end"] = max(abs(here[k] / there[k] - 1.0) for k in ("first", "last"))
             cells = [name, str(one.state.problem.lengths.size)]
@@ -330,6 +335,15 @@ def orders() -> tuple[list[list[str]], dict[str, float]]:
             last |= {f"{key} {name}": float(np.log2(before[key] / each[key])) for key in each if key in before}
             before = each
     return rows, last
+
+
+def balanced(turn: float) -> list[str]:
+    """Halfway along a ring's line: twist, angle and push per length of the shooting, and those of the ply of least
+    energy that is twisted as much, which nothing pulls and nothing turns."""
+    known = shot_ring(turn)[1]
+    here, ply = on_shot(known.touched, True), of_twist(known.twist, 0.5 * APART, TORSION)
+    return [f"{turn:.4g}", f"{known.twist:.4f}", f"{np.degrees(here['angle']):.3f}", f"{np.degrees(ply.angle):.3f}",
+            f"{here['per length']:.0f}", f"{ply.push:.0f}"]  # fmt: skip
 
 
 def ply_of_moment(moment: float) -> tuple[float, float]:
@@ -462,6 +476,10 @@ def run(out: Path) -> dict[str, Number]:
         f"beyond the push per length, on {_MANY} stations or more:",
         page.table(["state", "segments", "energy", "forces of places", "line in all", "at its ends",
                     "per length, halfway", "angle", "penetration", "push times gap"], table),
+        "Halfway along a ring's line, and in a ply without end of the same twist (Thompson, van der Heijden and "
+        "Neukirch 2002, by energy):",
+        page.table(["turn (rad)", "twist", "angle (degrees)", "ply", "push per length", "ply"],
+                   [balanced(turn) for turn in (21.1, *_LINED)]),
         "A long ply under the moment M between straight ends has the angle b of M = 2 sin^3 b cos b / (r cos 2b) "
         "and the "
         "tension T = M sin 2b / (2 r) - sin^4 b / (2 r^2), r half the diameter (Neukirch and Marko 2011, by "
@@ -474,7 +492,7 @@ def run(out: Path) -> dict[str, Number]:
     )  # fmt: skip
     fourth = min(order["energy ring, 18.5, two places"], order["energy ring, 21.1, a line"])
     bad = off["energy"] > 2e-6 or off["deep"] > 1e-6 or off["product"] > 1e-8 or off["tension"] > 1e-5
-    if bad or fourth < 3.5 or abs(grown / known_growth - 1.0) > 2e-3 or off["angle"] > 0.01:
+    if bad or fourth < 3.5 or abs(grown / known_growth - 1.0) > 5e-3 or off["angle"] > 0.01:
         raise AssertionError(f"{off}, {order}, {grown}, {known_growth}")
     one = lined_ring(18.5)
     return {

@@ -328,9 +328,10 @@ def run(out: Path) -> dict[str, Number]:
         "python -m tests.validation michell",
         f"A straight round rod of length 1 and diameter {APART:g}, torsional over bending stiffness {TORSION:.4f}, its "
         "ends joined after one was turned by T about the tangent (`kirchhoff`, both ends held at one place; no "
-        "friction). Forces in D w / l^2, energies in D w / l, lengths in l. What does not hold: beyond two places "
-        "nothing stands beside it; a line is begun, not followed far; and elements have one order, so that they settle "
-        "in the number of segments alone.",
+        "friction). Forces in D w / l^2, energies in D w / l, lengths in l. What does not hold: on these equal "
+        "segments a line is begun, not followed far, and nothing stands beside it; both on segments that follow the "
+        "places: [lines of contact](contact_lines.md). Elements have one order, so that they settle in the number of "
+        "segments alone.",
         f"The circle is stable up to T = 2 pi sqrt(3) / {TORSION:.4f} = {CRITICAL:.5f} (Michell 1889): its lowest "
         f"eigenvalue vanishes there to {offs[0]:.0e}, {offs[1]:.0e} and {offs[2]:.0e} of it on "
         f"{counts[0]}, {counts[1]} and {counts[2]} segments. Beyond, it snaps to two places of contact. They come "

@@ -212,10 +212,10 @@ def run(out: Path) -> dict[str, Number]:
         f"A straight round rod of length 1 and diameter {APART:g}, torsional over bending stiffness {TORSION:.4f}, "
         "between clamps along one axis that are turned against each other by three turns and brought together to the "
         f"distance Z (`kirchhoff`, {SEGMENTS} segments, no friction). Forces in D w / l^2, energies in D w / l, "
-        "lengths in l. What does not hold: nearer than 0.44 the path is not followed here, a line of contact of this "
-        "rod is not reached (lines are: [a ply](ply.md), [a ring](michell.md)). Where along the rod "
-        "the loop stands costs next to nothing, so that its middle is the mesh's; and beyond one place there is no "
-        "second solution beside it.",
+        "lengths in l. What does not hold: nearer than 0.44 the path is not followed here; two places "
+        "beside a shooting, and with more turns three and a line, are on segments that follow them: [lines of "
+        "contact](contact_lines.md). Where along the rod the loop stands costs next to nothing, so that its middle is "
+        "the mesh's.",
         f"It bows out, ever more sharply, jumps to a loop that lies on itself at one place, whose feet draw together, "
         f"and jumps to two. By shooting the equilibria without contact end at Z = {folds[0]:.5f} and those with one "
         f"place at {folds[1]:.4f}; the path jumped between {jumps[0][0]:.4f} and {jumps[0][1]:.4f}, and between "
