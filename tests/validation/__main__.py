@@ -61,6 +61,7 @@ NAMES = (
     "ply",
     "michell",
     "plectoneme",
+    "ribbon_plectoneme",
     "edges",
     "curl_length",
     "rod_ribbon",
