@@ -62,6 +62,7 @@ NAMES = (
     "michell",
     "plectoneme",
     "contact_lines",
+    "ribbon_plectoneme",
     "edges",
     "curl_length",
     "rod_ribbon",
