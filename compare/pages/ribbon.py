@@ -244,6 +244,10 @@ def advice(scene: Scene, error: float | None) -> str | None:
         remedy = f"set model.tolerance = {scene.model.tolerance:g}, for as many elements as that takes"
     elif scene.model.tolerance is not None:
         remedy = f"lower model.tolerance = {scene.model.tolerance:g}"
+    elif scene.barriers or scene.apart is not None:  # the error is where it touches, not at the clamp
+        friction = any(one.friction for one in (*scene.walls, *scene.obstacles))
+        placed = "" if friction else ", or give model.tolerance in its place: segments then end where it touches"
+        remedy = f"raise model.elements{placed}"
     elif clamp is not None and clamp.ruling == "straight" and scene.model.grading == "uniform":
         remedy = 'set model.grading = "clamp" (a straight ruling makes a layer there)'
     else:

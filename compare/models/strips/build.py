@@ -71,8 +71,15 @@ def _member(name: str, scene: Scene, stiffness: float) -> Member:
         scene.seed.curvature,
         scene.seed.ruling,
         name,
-        None if scene.tip is None else tuple(map(float, scene.tip_force)),
+        _load(scene),
     )  # fmt: skip
+
+
+def _load(scene: Scene) -> tuple[float, float, float] | None:
+    if scene.tip is None:
+        return None
+    x, y, z = map(float, scene.tip_force)
+    return x, y, z
 
 
 def _clamp(scene: Scene, end: str) -> Clamp | None:

@@ -9,6 +9,7 @@ import pytest
 from compare import registry
 from compare.models.base import check_keys
 from compare.models.effects.elsewhere import takers
+from compare.pages.ribbon import advice
 from compare.scene.scene import load, loads
 from ribbonbench.errors import BadInput
 
@@ -64,3 +65,15 @@ def test_where_no_model_is_left_the_key_is_named():
     assert takers(scene) == ()
     with pytest.raises(BadInput, match=r"leave rod\S* out"):
         check_keys(registry.model("ribbon"), scene)
+
+
+def test_where_walls_touch_segments_at_the_clamp_are_no_remedy():
+    """Graded to the clamp such a state is no nearer (roof over a fold, 24 segments: 0.0215 l, graded 0.0234 l)."""
+    free = load("cantilever").replace({"model.elements": 10, "model.grading": "uniform"})
+    floor = {"point": [0.0, 0.0, -5.0], "normal": [0.0, 0.0, 1.0]}
+    alone, beside = advice(free, 0.01), advice(free.replace({"wall": [floor]}), 0.01)
+    assert alone is not None
+    assert beside is not None
+    assert ("model.grading" in alone, "model.grading" in beside) == (True, False)
+    assert "model.tolerance" in beside
+    assert advice(free, 1e-5) is None
