@@ -87,11 +87,6 @@ def test_error_bars_hold_what_elements_four_times_as_fine_give(masts):
     assert fine.parameter == pytest.approx(coarse.meshes[2], abs=1e-8)
 
 
-@pytest.fixture(scope="module")
-def tilted():
-    return diagram(loads(HELD), SHIFT, 0.0, 0.5, asked=Asked(branches=1))
-
-
 def shot(moment, fx, fz):
     """(x, z, theta) of an elastica at s = 1 that is clamped at s = 0, and their derivatives by moment and force."""
 

@@ -12,20 +12,14 @@ from compare.battery.cases.branches.scenes import SHIFT, clamps
 from compare.commands.main import main
 from compare.models.base import Options
 from compare.pages.branches.page import answer, record
-from compare.scene.scene import load, loads
+from compare.scene.scene import load
 from compare.studies.branches.bars import Numbers, bars
 from compare.studies.branches.run import Asked, diagram
-from tests.compare.studies.test_branches import HELD, shot
+from tests.compare.studies.test_branches import shot
 
 SIDE = "clamp.end.position[1]"
 #: The strip of 7.2 between its clamps, without the way there.
 SHIFTED = load("shift_7_2").replace({"path": None, "model.elements": 20})
-
-
-@pytest.fixture(scope="module")
-def tilted():
-    """An elastica, its end shifted over a fold and back."""
-    return diagram(loads(HELD), SHIFT, 0.0, 0.5, asked=Asked(branches=1))
 
 
 def test_force_and_energy_are_within_their_errors_of_shooting(tilted):
