@@ -57,7 +57,7 @@ def fitted(shape: RodShape) -> FloatArray:
     own, (bending, pull) = shape.rod.lengths, _rough(shape)
     share = own * (0.5 * (bending[1:] + bending[:-1]) * pull) ** (1.0 / 3.0)
     whole = float(share.sum())
-    density = EVEN + ((1.0 - EVEN) * share / whole / own if whole > 0.0 else 1.0 - EVEN)
+    density = EVEN + (1.0 - EVEN) * (share / whole / own if whole > 0.0 else np.ones(own.size))
     # spread a little: a layer may be thinner than the edge that it is seen on
     density = np.maximum(density, 0.5 * np.maximum(np.append(density[1:], 0.0), np.append(0.0, density[:-1])))
     reached = np.concatenate([[0.0], np.cumsum(density * own)])

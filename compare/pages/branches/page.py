@@ -199,8 +199,8 @@ def _told(branch: Branch, key: str) -> str:
 def sentences(diagram: Diagram) -> list[str]:
     """What else to know."""
     said = []
+    moving = "" if diagram.moving else ", or such as follow the passages of its curvature through zero (--moving)"
     if diagram.unsettled:
-        moving = "" if diagram.moving else ", or such as follow the passages of its curvature through zero (--moving)"
         said.append(
             f"{diagram.unsettled} folds or branch points do not settle on elements halved twice: take more elements "
             f"(--set model.elements=N){moving}, before their places are believed."
@@ -208,7 +208,7 @@ def sentences(diagram: Diagram) -> list[str]:
     if diagram.rough:
         said.append(
             f"At {diagram.rough} regular points energy, shape or force do not settle on elements halved twice: what "
-            "stands beside them (settles = no) is no error."
+            f"stands beside them (settles = no) is no error. Take more elements (--set model.elements=N){moving}."
         )
     regular = [p for b in diagram.branches if b.image_of is None for p in b.points if p.kind == "regular"]
     if all(p.bars is None for p in regular):
