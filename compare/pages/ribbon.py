@@ -245,7 +245,7 @@ def advice(scene: Scene, error: float | None) -> str | None:
     elif scene.model.tolerance is not None:
         remedy = f"lower model.tolerance = {scene.model.tolerance:g}"
     elif scene.barriers or scene.apart is not None:  # the error is where it touches, not at the clamp
-        friction = any(one.friction for one in (*scene.walls, *scene.obstacles))
+        friction = any(wall.friction for wall in scene.walls) or any(body.friction for body in scene.obstacles)
         placed = "" if friction else ", or give model.tolerance in its place: segments then end where it touches"
         remedy = f"raise model.elements{placed}"
     elif clamp is not None and clamp.ruling == "straight" and scene.model.grading == "uniform":
