@@ -427,8 +427,9 @@ def run(out: Path) -> dict[str, Number]:
         "stretch between two folds.",
         "`finite` has no number here: the arch is lost at "
         + ", ".join(f"{place:.4f}" for place in finite)
-        + f" turns on {', '.join(str(count) for count in FINITE)} elements. Its curvature passes 1 / zeta, where "
-        "nothing resists a change of kappa', as between [shifted clamps](shift_branches.md).",
+        + f" turns on {', '.join(str(count) for count in FINITE)} elements. Where its curvature passes 1 / zeta "
+        "nothing resists a change of kappa' ([shifted clamps](shift_branches.md)); that this is the cause here was "
+        "not measured.",
         "![Energies over the turns](twisted_clamps.png)",
         "## By shooting (Kirchhoff)",
         page.table(["what", "elements, turns", "+-", "shooting, turns", "apart"], shots),
