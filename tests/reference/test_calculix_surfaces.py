@@ -103,11 +103,11 @@ def test_the_bending_of_half_an_s_is_that_of_its_curve():
 @pytest.mark.validate
 @pytest.mark.skipif(not calculix.available(), reason="CalculiX is not installed (Debian: calculix-ccx)")
 def test_the_sides_of_a_fold_push_each_other_as_by_shooting(tmp_path):
-    """On 40 elements a line of nodes is within 0.004 of the place: the push is as by shooting within a per cent."""
-    found, known = fold(0.15, 0.0, 20, tmp_path), folds(np.array([0.15]), 0.0)[0]
+    """Lines of nodes touch, half an element apart: within some per cent on 40 elements, as our own shell's nodes."""
+    found, known = fold(0.15, 0.02, 20, tmp_path), folds(np.array([0.15]), 0.02)[0]
     assert found.lines == 1
-    assert found.push == pytest.approx(known.push, rel=1e-2)
-    assert found.energy == pytest.approx(known.energy, rel=1e-4)
+    assert found.push == pytest.approx(known.push, rel=5e-2)
+    assert found.energy == pytest.approx(known.energy, rel=2e-4)
     assert found.place == pytest.approx(known.s, abs=0.25 / 20)
 
 

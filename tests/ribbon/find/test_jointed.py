@@ -40,7 +40,9 @@ def test_what_pulls_is_let_go(two):
     (s, other), (t, _) = first.touching.places
     wrong = Touching((*first.touching.places, (s - 2.0 * (t - s), other + 2.0 * (t - s))))
     found = settled(folded(TURNS, SEGMENTS), replace(first, touching=wrong, counts=()))
-    assert found is None or len(found.touching.places) == 2
+    assert found is not None
+    assert len(found.touching.places) == 2
+    assert found.state.energy.total == pytest.approx(first.state.energy.total, rel=1e-8)
 
 
 def test_joints_of_a_line_face_each_other():

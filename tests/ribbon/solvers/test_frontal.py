@@ -130,7 +130,7 @@ def test_entries_and_touched_unknowns_are_sorted_by_group(seed):
 
 
 def test_factors_that_live_do_not_share_their_room():
-    p = problem(**CASES["two clamps"]) if "two clamps" in CASES else problem(**next(iter(CASES.values())))
+    p = problem(**CASES["two clamps by rows, wall and plate"])
     lower, upper = p.bounds()
     structure = Saddle(p, lower < upper)
     x, rows = p.state(np.ones(p.lengths.size + 1), np.zeros(p.lengths.size + 1)), np.ones(p.row_count)

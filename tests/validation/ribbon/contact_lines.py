@@ -266,8 +266,12 @@ def on_shot(own: strand.Touched, mirrored: bool) -> dict[str, float]:
 
 def _place_off(one: Jointed, forces: list[float]) -> float:
     """The largest relative difference of the forces of places of their own from the shooting's."""
-    own = np.sort(one.pushes[: len(one.touching.places)])
-    return float(np.abs(own / np.sort(forces) - 1.0).max())
+    return float(np.abs(_own_places(one) / np.sort(forces) - 1.0).max())
+
+
+def _own_places(one: Jointed) -> np.ndarray:
+    """Forces of the places of their own, the least first."""
+    return np.sort(one.pushes[: len(one.touching.places)])
 
 
 def _forces(touch: str, own: strand.Touched, is_ring: bool) -> list[float]:
@@ -283,7 +287,7 @@ def _row(turn: float, one: Jointed, known: rings.Ring | rods.Plectoneme, touch: 
     forces = _forces(touch, own, is_ring)
     each = {"energy": abs(state.energy.total / known.energy - 1.0), "place": _place_off(one, forces),
             "deep": depth(state), "product": complementarity(state)}  # fmt: skip
-    cells = [f"{turn:.4g}", touch_name(touch), "; ".join(f"{f:.2f}" for f in sorted(set(np.round(forces, 6)))),
+    cells = [f"{turn:.4g}", touch_name(touch), "; ".join(dict.fromkeys(f"{f:.2f}" for f in _own_places(one))),
              f"{each['place']:.0e}", f"{state.energy.total:.5f}", f"{each['energy']:.0e}"]  # fmt: skip
     if one.touching.lines:
         here, there, line = on_line(one), on_shot(own, is_ring), one.touching.lines[0]
@@ -331,9 +335,11 @@ def orders() -> tuple[list[list[str]], dict[str, float]]:
             for key in ("energy", "place", "all", "end", "per length", "angle"):
                 order = f" ({np.log2(before[key] / each[key]):.1f})" if key in before else ""
                 cells.append(f"{each[key]:.1e}{order}" if key in each else "")
+            last["deep"] = max(last.get("deep", 0.0), depth(one.state))
             rows.append([*cells, f"{depth(one.state):.0e}", f"{complementarity(one.state):.0e}"])
             last |= {f"{key} {name}": float(np.log2(before[key] / each[key])) for key in each if key in before}
             before = each
+        last |= {f"off {key} {name}": value for key, value in before.items()}
     return rows, last
 
 
@@ -421,12 +427,12 @@ def _picture(path: Path) -> None:
 
 PROBES = {
     "ring_energy": lambda: lined_ring(18.5).state.energy.total,
-    "shot_energy": lambda: shot_ring(21.1)[1].energy,
-    "rod_force": lambda: float(lined_rod(_RODS[0][0]).pushes.max()),
+    "line_energy": lambda: lined_ring(21.1).state.energy.total,
+    "line_force": lambda: float(on_line(lined_ring(21.1))["all"]),
 }
 
-_HEADS = ["turn (rad)", "touches", "forces of places", "off", "energy", "off", "line from, to (s)", "at its ends",
-          "line in all", "off", "per length, halfway", "off", "angle (degrees)", "off", "lowest eigenvalue",
+_HEADS = ["turn (rad)", "touches", "forces of places", "off", "energy", "off", "line from, to (s)",
+          "at its ends (shooting)", "line in all", "off", "per length, halfway", "off", "angle (degrees)", "off", "lowest eigenvalue",
           "penetration", "push times gap"]  # fmt: skip
 
 
@@ -491,24 +497,33 @@ def run(out: Path) -> dict[str, Number]:
         f"{long:.5f}).",
         "![shapes, and pushes along lines](contact_lines.png)",
     )  # fmt: skip
-    fourth = min(order["energy ring, 18.5, two places"], order["energy ring, 21.1, a line"])
-    bad = off["energy"] > 2e-6 or off["deep"] > 1e-6 or off["product"] > 1e-8 or off["tension"] > 1e-5
+    fourth = min(value for key, value in order.items() if key.startswith("energy "))
+    ends = max(value for key, value in order.items() if key.startswith("off end "))
+    deepest = max(off["deep"], order["deep"])
+    bad = off["energy"] > 2e-6 or deepest > 1e-6 or off["product"] > 1e-8 or off["tension"] > 1e-5
     if bad or fourth < 3.5 or abs(grown / known_growth - 1.0) > 5e-3 or off["angle"] > 0.01:
         raise AssertionError(f"{off}, {order}, {grown}, {known_growth}")
-    one = lined_ring(18.5)
+    one, line = lined_ring(18.5), lined_ring(21.1)
+    here, there = on_line(line)["all"], on_shot(shot_ring(21.1)[1].touched, True)["all"]
     return {
         "energy_off": Number(off["energy"], 0.5 * off["energy"], "", ".0e"),
         "place_off": Number(off["place"], 0.5 * off["place"], "", ".0e"),
         "all_off": Number(off["all"], 0.5 * off["all"], "", ".0e"),
         "angle_off": Number(off["angle"], 0.5 * off["angle"], "degrees", ".0e"),
-        "order": Number(fourth, 0.3, "", ".1f"),
+        "order": Number(fourth, abs(4.0 - fourth), "", ".1f"),
+        "ends_off": Number(ends, 0.5 * ends, "", ".1e"),
+        "length_off": Number(off["per length"], 0.5 * off["per length"], "", ".0e"),
         "growth": Number(grown, abs(grown - known_growth), "l / rad", ".5f"),
         "growth_off": Number(abs(grown / known_growth - 1.0), 0.5 * abs(grown / known_growth - 1.0), "", ".0e"),
-        "growth_long": Number(long, 1e-6, "l / rad", ".5f"),
+        "growth_long": Number(long, abs(long - grown), "l / rad", ".5f"),
         "last_turn": Number(_LINED[-1], 0.0, "rad", ".0f"),
-        "deepest": Number(off["deep"], 1e-6, "l", ".0e"),
-        "complementarity": Number(off["product"], 1e-8, "D w / l", ".0e"),
-        "ring_energy": Number(one.state.energy.total, 1e-5, "D w / l", ".4f"),
-        "shot_energy": Number(shot_ring(21.1)[1].energy, 1e-6, "D w / l", ".5f"),
-        "rod_force": Number(float(lined_rod(_RODS[0][0]).pushes.max()), 1e-2, "D w / l^2", ".2f"),
+        "deepest": Number(deepest, deepest, "l", ".0e"),
+        "complementarity": Number(off["product"], off["product"], "D w / l", ".0e"),
+        "ring_energy": Number(
+            one.state.energy.total, abs(one.state.energy.total - shot_ring(18.5)[1].energy), "D w / l", ".4f"
+        ),
+        "line_energy": Number(
+            line.state.energy.total, abs(line.state.energy.total - shot_ring(21.1)[1].energy), "D w / l", ".4f"
+        ),
+        "line_force": Number(here, abs(here - there), "D w / l^2", ".2f"),
     }

@@ -386,10 +386,10 @@ def run(out: Path) -> dict[str, Number]:
     numbers = {
         "worst_energy": Number(worst["energy"], 0.5 * worst["energy"], "", ".0e"),
         "worst_push": Number(worst["push"], 0.5 * worst["push"], "", ".0e"),
-        "deepest": Number(worst["deep"], 1e-6, "l", ".0e"),
+        "deepest": Number(worst["deep"], worst["deep"], "l", ".0e"),
         "soft_off": Number(off, 0.5 * off, "", ".0e"),
-        "rod_coarse": Number(PROBES["rod_coarse"](), 1e-8, "l", ".7f"),
-        "soft_energy": Number(PROBES["soft_energy"](), 1e-3, "D w / l", ".3f"),
+        "rod_coarse": Number(PROBES["rod_coarse"](), abs(PROBES["rod_coarse"]() - snaps(ROD)[0].value), "l", ".7f"),
+        "soft_energy": Number(PROBES["soft_energy"](), off * PROBES["soft_energy"](), "D w / l", ".3f"),
     }
     for name, case in zip(("rod", "w01", "w02", "w02_40", "w05"), (ROD, *FINITE), strict=True):
         where, tension, moment, *_ = snaps(case)

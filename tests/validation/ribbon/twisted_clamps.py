@@ -1,5 +1,5 @@
 """A strip between clamps nearer to each other than it is long, one turned about the line between them, from no turn to
-three: states, stability, special points with errors, images, and two places by shooting.
+three: states, stability, special points with errors, images, and four places by shooting.
 
 Kirchhoff's rod of rectangular section (`kirchhoff`). A half turn about the
 axis through the middle that bisects both normals carries the scene into itself read from the other end; a branch is
@@ -422,7 +422,7 @@ def run(out: Path) -> dict[str, Number]:
         page.table(["model", "branch", "what", "turns", "+-", "change of unstable modes", "energy / (D w / l)"], rows),
         "The arch winds with its half turn kept, loses its stability to two shapes that are images of each other, and "
         "has it again later; so once more in its third turn, at whose end it snaps at a fold. The shapes aside of the "
-        "first are carried on until they snap at a fold, those of the third turn lead from its loss to where it is "
+        "first are carried on until they snap at a fold, those of the third turn lead from its loss over a fold to where it is "
         "stable again. Those that leave where it is stable again for the first time are unstable but for a short "
         "stretch between two folds.",
         "`finite` has no number here: the arch is lost at "
