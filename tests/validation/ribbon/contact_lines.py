@@ -432,8 +432,8 @@ PROBES = {
 }
 
 _HEADS = ["turn (rad)", "touches", "forces of places", "off", "energy", "off", "line from, to (s)",
-          "at its ends (shooting)", "line in all", "off", "per length, halfway", "off", "angle (degrees)", "off", "lowest eigenvalue",
-          "penetration", "push times gap"]  # fmt: skip
+          "at its ends (shooting)", "line in all", "off", "per length, halfway", "off", "angle (degrees)", "off",
+          "lowest eigenvalue", "penetration", "push times gap"]  # fmt: skip
 
 
 def run(out: Path) -> dict[str, Number]:

@@ -423,8 +423,8 @@ def run(out: Path) -> dict[str, Number]:
         "The arch winds with its half turn kept, loses its stability to two shapes that are images of each other, and "
         "has it again later; so once more in its third turn, at whose end it snaps at a fold. The shapes aside of the "
         "first are carried on until they snap at a fold, those of the third turn lead from its loss over "
-        "a fold to where it is stable again. Those that leave where it is stable again for the first time are unstable but for a short "
-        "stretch between two folds.",
+        "a fold to where it is stable again. Those that leave where it is stable again for the first time are "
+        "unstable but for a short stretch between two folds.",
         "`finite` has no number here: the arch is lost at "
         + ", ".join(f"{place:.4f}" for place in finite)
         + f" turns on {', '.join(str(count) for count in FINITE)} elements. Where its curvature passes 1 / zeta "
