@@ -51,10 +51,10 @@ class Scene(SceneData):
         """True when a planar equilibrium (eta = 0) exists; it need not be the stable one."""
         return self.nonplanar_reason() is None
 
-    def notes(self) -> tuple[str, ...]:
+    def notes(self, seed: str | None = "[seed]") -> tuple[str, ...]:
         """One line for every given value that has no effect on the result, so that none is ignored silently, and for
-        every one that can hardly be meant (a slip of units), with what probably was."""
-        return without_effect(self) + implausible(self) + begins_through(self)
+        every one that can hardly be meant (a slip of units), with what probably was; seed: as of `begins_through`."""
+        return without_effect(self) + implausible(self) + begins_through(self, seed)
 
     def given(self) -> frozenset[str]:
         """The dotted keys that the scene sets, be it to their default, as `KEYS` names them: a key of any wall is

@@ -37,7 +37,7 @@ def without_way(scene: Scene, has_path: bool) -> BadInput | None:
         return BadInput(
             key, value, "needs a [[path]]: how a strip that rubs lies depends on the way there, and without one "
             "every state within mu N is an equilibrium",
-            "add [[path]] stages that lead to the scene, or leave friction out",
+            "add [[path]] stages that lead to the scene from elsewhere, or leave friction out",
         )  # fmt: skip
     for index, obstacle in enumerate(scene.obstacles):
         if obstacle.friction and obstacle.kind in ("box", "edge"):
@@ -50,8 +50,8 @@ def without_way(scene: Scene, has_path: bool) -> BadInput | None:
 
 
 def several_refused(scenes: Sequence[Scene], apart: bool) -> BadInput | None:
-    """Why several strips with friction are not computed; scenes: the first strip's in every stage of their path, then
-    in the scene itself; apart: whether strips are kept apart. None: they are, or have none."""
+    """Why several strips with friction are not computed; scenes: the first strip's in every stage of their path that
+    is not the scene, then in the scene; apart: whether strips are kept apart. None: they are, or have none."""
     for scene in scenes:
         refusal = without_way(scene, len(scenes) > 1)
         if refusal is None and apart:

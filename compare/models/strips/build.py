@@ -29,7 +29,8 @@ def check_model(scene: StripsScene) -> None:
             "model.energy", first.model.energy, "is no energy of the ribbon, which alone knows several strips",
             'give one of the ribbon\'s, e.g. "wunderlich" or "kirchhoff"',
         )  # fmt: skip
-    refusal = several_refused([stage.first for stage in (*scene.stages, scene)], scene.distance is not None)
+    before = scene.stages[:-1] if scene.ends_at_its_last_stage else scene.stages
+    refusal = several_refused([stage.first for stage in (*before, scene)], scene.distance is not None)
     if refusal is not None:
         raise refusal
     for name, strip in zip(scene.names, scene.strips, strict=True):

@@ -170,7 +170,8 @@ def _is_loaded(state: StripsState) -> bool:
 
 
 def walls(state: StripsState) -> list[dict[str, Any]]:
-    """What every wall and obstacle exerts on all strips, moments about the origin, and on each that it touches."""
+    """How every wall and obstacle pushes all strips, moments about the origin, and each that it touches: force and
+    moment are without friction, which stands beside them."""
     scene = state.scene
     each = [walls_of_strip(scene, state.native, k) for k in range(len(scene.names))]
     found = []

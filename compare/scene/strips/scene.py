@@ -63,9 +63,23 @@ class StripsScene:
         return tuple(
             f"{name}: {note}"
             for name, strip in zip(self.names, self.strips, strict=True)
-            for note in strip.notes()
-            if "[shell]" not in note and not (self.stages and "begins through" in note)  # a path says where it goes
+            for note in strip.notes(None if self.stages or self.has_loop else f"strip.{name}.seed.curvature")
+            if "[shell]" not in note
         )
+
+    @property
+    def has_loop(self) -> bool:
+        """Whether joints and clamps close a loop, in which strips are begun bent."""
+        count = len(self.strips)
+        ties = [(joint.one[0], joint.other[0]) for joint in self.joints]
+        ties += [(k, count) for k in range(count) for end in (0, -1) if self.clamped((k, end))]
+        groups = list(range(count + 1))  # the last is what stands still
+        for one, other in ties:
+            kept, gone = groups[one], groups[other]
+            if kept == gone:
+                return True
+            groups = [kept if group == gone else group for group in groups]
+        return False
 
     def end_name(self, end: tuple[int, int]) -> str:
         """How the file calls an end: "left.end"."""

@@ -9,7 +9,7 @@ Strips that are kept apart go downhill by short steps (`ribbon.find.strips.touch
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,8 +52,9 @@ def follow(
     problem_at: Callable[[float], StripsProblem], start: StripsEquilibrium, steps: int | None = None
 ) -> tuple[StripsEquilibrium, float, list[Increment]]:
     """The equilibrium at t = 1 of the path ``t -> problem_at(t)`` from `start`, the one at t = 0; how far it got, and
-    its increments. steps: how many at the least; with friction at most `RUBBING` of the way each."""
-    rubs = rubbing.rub(problem_at(1.0).parts[0].walls)
+    its increments. steps: how many at the least; None: chosen, with friction at either end at most `RUBBING` of the way
+    each."""
+    rubs = any(rubbing.rub(problem_at(t).parts[0].walls) for t in (0.0, 1.0))
     largest = RUBBING if rubs else LARGEST
     size = 1.0 / steps if steps else largest
     most, smallest = size if steps or rubs else 2.0 * LARGEST, min(SMALLEST, 0.02 * size)
@@ -87,10 +88,15 @@ def stepped(problem: StripsProblem, state: StripsEquilibrium) -> StripsEquilibri
     turns = [old.own(state.x, k)[part.layout.joint(0).quaternion] for k, part in enumerate(old.parts)]
     bare = problem.with_parts([{"reference": tuple(map(float, turn))} for turn in turns])
     held = bare.with_parts([{"touching": part.touching} for part in old.parts])
-    x = np.clip(state.x, *bare.bounds())
     if rubbing.rub(problem.parts[0].walls):
         return rubbing.increment(held, bare, state)
-    if problem.apart:
+    return replace(_without_friction(held, bare, state), rubbed=state.rubbed)
+
+
+def _without_friction(held: StripsProblem, bare: StripsProblem, state: StripsEquilibrium) -> StripsEquilibrium:
+    """The equilibrium one increment behind `state`, with what it holds held, or without."""
+    x = np.clip(state.x, *bare.bounds())
+    if held.apart:
         near, point = touch.downhill(held, x)
         return solve.judged(*solve.settled(near, point))
     warm = (state.rows, state.multipliers) if state.rows.size == held.row_count else None

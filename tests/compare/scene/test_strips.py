@@ -178,6 +178,21 @@ def test_a_free_bigon_stands_by_itself_and_falls_under_weight():
     assert "falls" in str(fault(given))
 
 
+def test_only_strips_that_begin_straight_are_told_to_begin_through_a_body():
+    """A chain with a free end does, and its remedy is a key; where a clamp at its end closes a loop strips are begun
+    bent."""
+    ball = {"name": "ball", "kind": "sphere", "point": [0.0, 0.02, 0.5], "radius": 0.1}
+    chain = document(obstacle=[ball])
+    (note,) = build(chain).notes()
+    assert note.startswith("left: the straight strip begins through obstacle ball, from s = 0.403 on")
+    assert "give strip.left.seed.curvature or" in note
+    assert not loads(build(chain).to_toml(), "chain", {"strip.left.seed.curvature": 2.0}).notes()
+    chain["strip"][1]["clamp"] = {"end": {**CLAMP, "position": [0.0, 0.0, 1.5]}}
+    loop = build(chain)
+    assert loop.has_loop
+    assert not loop.notes()
+
+
 @pytest.mark.parametrize("name", sorted(shipped_strips()))
 def test_a_shipped_scene_is_read_written_and_read_again(name):
     text = shipped_strips()[name].read_text(encoding="utf-8")

@@ -344,6 +344,9 @@ def test_a_table_that_rubs_takes_what_coulomb_says(tmp_path):
 def test_friction_that_no_way_leads_to_is_refused():
     with pytest.raises(BadInput, match=r"wall.table.friction = 0.25: needs a \[\[path\]\]"):
         solved(loads(TABLE, "table", {"wall.table.friction": 0.25}))
+    there = {"path": [{"strip.a.clamp.start.position": [0.0, 0.0, 0.02]}]}  # its only stage is the scene
+    with pytest.raises(BadInput, match=r"wall.table.friction = 0.25: needs a \[\[path\]\].*from elsewhere"):
+        solved(loads(TABLE, "table", {**there, "wall.table.friction": 0.25}))
     with pytest.raises(BadInput, match="contact between strips"):
         solved(loads(TABLE, "rubs", {**ASLANT, "wall.table.friction": 0.25, "contact.distance": 1e-3}))
 

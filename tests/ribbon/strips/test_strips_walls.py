@@ -164,6 +164,36 @@ def test_a_cut_strip_rubs_as_the_uncut_one(mu, shift):
         assert 0.0 < finer.with_error(found).error < 1e-4
 
 
+def test_what_friction_took_away_is_kept_where_it_ends():
+    """Three increments, the last one without friction: what the two before it lost."""
+
+    def at(t):
+        return assembled(**_cut_and_pressed(t, 0.3 if t < 0.9 else 0.0))
+
+    state = strips.solve(**_cut_and_pressed(0.0, 0.0))
+    lost = []
+    for t in (0.4, 0.8, 1.0):
+        state = path.stepped(at(t), state)
+        assert state.ok
+        lost.append(state.rubbed)
+    assert 0.0 < lost[0] < lost[1] == lost[2]
+    assert state.before is None
+
+
+@pytest.mark.parametrize(
+    ("ends", "steps", "first"), [((0.3, 0.3), None, 0.05), ((0.3, 0.0), None, 0.05), ((0.0, 0.3), None, 0.05),
+                                 ((0.0, 0.0), None, 0.1), ((0.3, 0.3), 2, 0.5)],
+)  # fmt: skip
+def test_increments_are_short_where_either_end_of_a_way_has_friction(monkeypatch, ends, steps, first):
+    start = strips.solve(**_cut_and_pressed(0.0, 0.0))
+    monkeypatch.setattr(path, "stepped", lambda problem, state: state)
+    _, t, log = path.follow(lambda t: assembled(**_cut_and_pressed(t, np.interp(t, (0, 1), ends))), start, steps)
+    assert t == 1.0
+    assert log[0].t == pytest.approx(first)
+    if any(ends):
+        assert len(log) == round(1.0 / first)
+
+
 def test_strips_that_no_clamp_holds_have_no_wall():
     with pytest.raises(RibbonInputError, match="clamp"):
         strips.solve(cut(2, 12, 0.0, CURVATURE, None), chain(2), walls=[WALLS["plane"]])
