@@ -67,10 +67,9 @@ def fitted(elements: Elements, state: State, problem: RodProblem) -> Array:
     reached = np.concatenate([[0.0], np.cumsum(density * sizes)])
     kept = np.concatenate([[0.0], inner(*problem.rest), [1.0]])
     ends = np.interp(kept, own, reached)
-    counts = _shared(np.diff(ends), sizes.size)
-    within = [np.linspace(*pair, n, endpoint=False) for *pair, n in zip(ends[:-1], ends[1:], counts, strict=True)]
-    joints = np.interp(np.append(np.concatenate(within), ends[-1]), reached, own)
-    joints[np.append(0, np.cumsum(counts))] = kept
+    places = np.append(0, np.cumsum(_shared(np.diff(ends), sizes.size)))
+    joints = np.interp(np.interp(np.arange(places[-1] + 1), places, ends), reached, own)
+    joints[places] = kept
     return joints
 
 
