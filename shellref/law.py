@@ -92,12 +92,16 @@ def shifted(law: Law, by: float) -> Law:
 
 def cut(joints: np.ndarray, *laws: Law) -> np.ndarray:
     """Joints (n + 1,) of elements from 0 to 1, and the points of the laws where none of them is near."""
-    inner = [knots(law)[0][1:-1] for law in laws if is_table(law)]
-    if not inner:
-        return joints
-    points = np.unique(np.concatenate(inner))
+    points = inner(*laws)
     new = points[np.abs(joints[:, None] - points).min(axis=0) > NEAR]
     return joints if not new.size else np.sort(np.concatenate([joints, new]))
+
+
+def inner(*laws: Law) -> np.ndarray:
+    """Points (k,) of the laws between 0 and 1, ascending, none near another or an end."""
+    tables = [knots(law)[0][1:-1] for law in laws if is_table(law)]
+    points = np.unique(np.concatenate([np.zeros(0), *tables]))
+    return points[(np.diff(points, prepend=0.0) > NEAR) & (points < 1.0 - NEAR)]
 
 
 def fault(law: Any) -> str | None:

@@ -8,6 +8,7 @@ zero, or the number of unstable modes changes by what its special points do not 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -26,8 +27,9 @@ GROW, CUT = 1.6, 0.4
 SHRUNK = (1.0, 0.3, 0.1, 0.03, 0.01)
 #: Steps behind which a branch may be found closed; distance from its first point, over the step, at which it is.
 _EARLY, _NEAR = 6, 0.6
-#: Events at one place (arc length, over the shortest step) behind which nothing keeps to all conditions.
-_EVENTS = 8
+#: Times that one condition changes at one place (arc length, over the shortest step) behind which nothing keeps to it.
+#: Many may change there once: a uniform state lets go of a wall everywhere.
+_REPEATS = 4
 
 
 def follow(
@@ -42,7 +44,7 @@ def follow(
     points: list[Point] = [start]
     found: list[Special] = []
     step, refused, bent = options.step, 0, None
-    met: list[float] = []
+    met: list[Special] = []
     while len(points) < options.steps:
         here = points[-1]
         moved = _step(here, step, bent, span, options)
@@ -55,8 +57,8 @@ def follow(
         there, ahead, between, landed = moved
         found += [on_its_elements(special, options) for special in between]
         events = [special for special in between if special.kind == "event"]
-        met = [arc for arc in (*met, *(one.point.arc for one in events)) if there.arc - arc <= options.least]
-        if len(met) > _EVENTS:
+        met = [one for one in (*met, *events) if there.arc - one.point.arc <= options.least]
+        if _chatters(met):
             return Run(tuple(points), tuple(found), "stuck", refused)
         if not events:
             there, more = carried_on(here, there, options, landed)
@@ -76,6 +78,11 @@ def follow(
         else:
             step = min(step, options.most) * (1.0 if there.iterations <= options.easy + 2 else 0.7)
     return Run(tuple(points), tuple(found), "steps", refused)
+
+
+def _chatters(met: list[Special]) -> bool:
+    """Whether of the events at one place too many are changes of one condition."""
+    return max(Counter(one.condition for one in met).values(), default=0) > _REPEATS
 
 
 def _bend(here: Point, there: Point) -> tuple[FloatArray, float] | None:

@@ -266,7 +266,7 @@ def broken(before: Point, after: Point, reach: float, options: Options) -> tuple
         return None
     change = carried.unstable - here.unstable
     nothing = np.zeros((here.system.size, 0))
-    return Special("event", here, nothing, (), before, reach, change, what), carried
+    return Special("event", here, nothing, (), before, reach, change, what, condition=first[1]), carried
 
 
 def _carried(here: Point, condition: int) -> tuple[Point | None, str]:

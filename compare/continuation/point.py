@@ -65,7 +65,7 @@ class Special:
 
     modes (n, k): null vectors of unit length in the metric, of an event (n, 0); values (k,): their eigenvalues as
     located; change: of the number of unstable modes across it; what: an event in words, or ""; apart: where it stands
-    for several that are nearer to each other than is told apart, each of them, in order.
+    for several that are nearer to each other than is told apart, each of them, in order; condition: an event's number.
     """
 
     kind: Kind
@@ -77,6 +77,7 @@ class Special:
     change: int
     what: str = ""
     apart: tuple[Special, ...] = field(default=(), repr=False)
+    condition: int | None = None
 
 
 @dataclass(frozen=True)

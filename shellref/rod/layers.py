@@ -8,9 +8,8 @@ Davis, Interpolation and Approximation, Dover 1975, section 10.3),
     C_q (lambda h)^q ,   C_q = q! / (2 q)! / sqrt(2 q + 1)
 
 times itself, and at the most itself. The root of the mean square along the rod, weighed by the bending, is the relative
-error of the curvature
-in L2; the energy's is its square. It is least, at a number of elements, where each has the same part of
-int f^(2/(2q+1)), f being the bending times lambda^q.
+error of the curvature in L2; the energy's is its square. It is least, at a number of elements, where each has the same
+part of int f^(2/(2q+1)), f being the bending times lambda^q.
 """
 
 from __future__ import annotations
@@ -18,8 +17,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
-from shellref.law import cut
+from shellref.law import inner
 from shellref.rod.elements import Array, Elements, State
 from shellref.rod.problem import RodProblem
 
@@ -54,8 +54,8 @@ def missed(elements: Elements, state: State, problem: RodProblem, joints: Array 
 
 
 def fitted(elements: Elements, state: State, problem: RodProblem) -> Array:
-    """Joints (E + 1,) of about as many elements, each with the same part of int f^(2/(2q+1)); those at points of a law
-    of the rest shape are kept."""
+    """Joints (E + 1,) of as many elements, each with the same part of int f^(2/(2q+1)) as far as joints at the points
+    of the laws of the rest shape let it."""
     bending, rate = _rough(elements, state, problem)
     own, q = elements.joints, elements.degree
     sizes = np.diff(own)
@@ -65,6 +65,17 @@ def fitted(elements: Elements, state: State, problem: RodProblem) -> Array:
     # spread a little: a layer may be thinner than the element that it is seen on
     density = np.maximum(density, 0.5 * np.maximum(np.append(density[1:], 0.0), np.append(0.0, density[:-1])))
     reached = np.concatenate([[0.0], np.cumsum(density * sizes)])
-    joints = np.interp(np.linspace(0.0, reached[-1], len(own)), reached, own)
-    joints[0], joints[-1] = 0.0, 1.0
-    return cut(joints, *problem.rest)
+    kept = np.concatenate([[0.0], inner(*problem.rest), [1.0]])
+    ends = np.interp(kept, own, reached)
+    places = np.append(0, np.cumsum(_shared(np.diff(ends), sizes.size)))
+    joints = np.interp(np.interp(np.arange(places[-1] + 1), places, ends), reached, own)
+    joints[places] = kept
+    return joints
+
+
+def _shared(parts: Array, count: int) -> NDArray[np.intp]:
+    """Of so many elements how many each part has, one at the least, so that the largest element is smallest."""
+    counts = np.ones(parts.size, dtype=np.intp)
+    for _ in range(count - parts.size):
+        counts[np.argmax(parts / counts)] += 1
+    return counts

@@ -33,7 +33,6 @@ FloatArray = NDArray[np.float64]
 ProblemAt = Callable[[float], ShellProblem]
 
 SERVER = "shellref.follow.server"
-#: Difference of t for the rate of the residual.
 #: Residual, over what rounding leaves (`shellref.follow.equations.Equations.noise`), that has norm 1.
 _NOISE = 3e10
 #: Bytes that wait in a pipe (Linux; elsewhere the system's own).

@@ -20,7 +20,13 @@ _COLUMNS = (
     Column("state", "state", kind="integer"),
     Column("own", "own", kind="truth", legend="where the scene's seed leads"),
     Column("energy", "energy", "D w / l", "digits:8"),
-    Column("energy_error", "+-", "D w / l", "exponent:1", legend="to the limit of finer elements; - : not settled"),
+    Column(
+        "energy_error",
+        "+-",
+        "D w / l",
+        "exponent:1",
+        legend="to the limit of finer elements; - : not settled or not asked for",
+    ),
     Column("unstable", "unstable modes", kind="integer"),
     Column("distance", "from its own", "l", "digits:3", legend="largest distance of points at the same s"),
     Column("image_of", "image of", kind="integer", legend="a state of the same energy"),
@@ -42,7 +48,7 @@ def _error(seen: Seen, name: str) -> float | None:
 
 
 def sentences(found: States) -> list[str]:
-    """What is not settled, how many there are, whether one lies lower, and what a list is worth."""
+    """What is not settled or not asked for, how many there are, whether one lies lower, what a list is worth."""
     stable = sum(s.stable for s in found.seen)
     said = []
     if found.unsettled:
@@ -50,6 +56,9 @@ def sentences(found: States) -> list[str]:
             f"Not settled: {found.unsettled} of {len(found.seen)} states are these elements' own; on finer ones their "
             "energy, shape or stability is another, or there is none: take more elements (--set model.elements=N)."
         )
+    if found.unasked:
+        why = "finer elements of this model cost too much" if found.costly else "the time was spent"
+        said.append(f"Not asked for: the errors of {found.unasked} of {len(found.seen)} states; {why}.")
     said += [f"{len(found.seen)} equilibria were seen from {found.tries} starts, {stable} of them stable."]
     if found.lower:
         least = min(found.lower, key=_energy)

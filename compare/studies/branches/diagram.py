@@ -103,10 +103,9 @@ class Branch:
         """The first point, an event too, at which it gains or loses its stability; None: it keeps it, or the place was
         not found."""
         start = now = self.points[0].unstable
-        for point in self.points:
+        for k, point in enumerate(self.points):
             if point.kind in ("fold", "branch_point"):
-                more = max(1, len(point.critical))
-                now = point.unstable if now > point.unstable else now + more
+                now = point.unstable if now > point.unstable else self._gained(k, now)
             elif point.kind == "ruling":
                 now = max(1, point.unstable)
             else:
@@ -114,6 +113,13 @@ class Branch:
             if point.kind != "regular" and bool(now) != bool(start):
                 return point
         return None
+
+    def _gained(self, k: int, now: int) -> int:
+        """Number of unstable modes behind a fold or branch point before which there are `now`, no more than behind it:
+        no others where the next regular point has none, as the branch only touches it."""
+        more = now + max(1, len(self.points[k].critical))
+        behind = next((point.unstable for point in self.points[k + 1 :] if point.kind == "regular"), more)
+        return min(more, max(now, behind))
 
 
 @dataclass(frozen=True)

@@ -69,17 +69,24 @@ class Seen:
 @dataclass(frozen=True)
 class States:
     """What was seen, by energy; own: which of them the scene's own solve leads to; tries: starts that were gone from;
-    complete: whether all of them were, within the time."""
+    complete: whether all of them were, within the time; costly: whether errors are not asked for, as finer elements
+    of the model cost too much."""
 
     seen: tuple[Seen, ...]
     own: int
     tries: int
     complete: bool
+    costly: bool = False
 
     @property
     def unsettled(self) -> int:
         """How many are these elements' own."""
         return sum(s.settles is False for s in self.seen)
+
+    @property
+    def unasked(self) -> int:
+        """How many have no errors, for lack of time or as they cost too much."""
+        return sum(s.bars is None for s in self.seen)
 
     @property
     def lower(self) -> tuple[Seen, ...]:
@@ -184,7 +191,7 @@ class _Search:
             image = alike[0] if alike else None
             error = self._bars(point, line) if image is None else seen[image].bars
             seen.append(Seen(energies[k], point.unstable, off, found_by, image, line, shape, error))
-        return States(tuple(seen), order.index(0), self.tries, complete)
+        return States(tuple(seen), order.index(0), self.tries, complete, self.start.costly)
 
     def _bars(self, point: Point, line: FloatArray) -> Bars | None:
         """Of a state, by the same one on elements halved twice."""

@@ -178,10 +178,9 @@ def test_deflation_finds_each_root_once_and_then_none():
 
 
 @dataclass(frozen=True)
-class _Chattering(Unbounded):
-    """z = 0 at every t, with a condition that each change of it breaks again 1e-5 further on."""
+class _Resting(Unbounded):
+    """z = 0 at every t."""
 
-    since: float | None = None
     size: int = 1
 
     def residual(self, z, t):
@@ -205,12 +204,32 @@ class _Chattering(Unbounded):
     def energy(self, z, t):
         return 0.0
 
+
+@dataclass(frozen=True)
+class _Chattering(_Resting):
+    """It has a condition that each change of it breaks again 1e-5 further on."""
+
+    since: float | None = None
+
     def slacks(self, z, t):
         behind = None if self.since is None else abs(t - self.since)
         return np.array([0.05 - t if behind is None else 1e3 * behind * (1e-5 - behind)])
 
     def beyond(self, z, t, condition, directions):
         return replace(self, since=t), z, directions, "changes"
+
+
+@dataclass(frozen=True)
+class _LettingGo(_Resting):
+    """It has twelve conditions of which each changes at t = 0.05, once."""
+
+    gone: frozenset[int] = frozenset()
+
+    def slacks(self, z, t):
+        return np.array([t - 0.05 if k in self.gone else 0.05 - t for k in range(12)])
+
+    def beyond(self, z, t, condition, directions):
+        return replace(self, gone=self.gone | {condition}), z, directions, "lets go"
 
 
 @dataclass(frozen=True)
@@ -230,3 +249,12 @@ def test_a_branch_on_which_nothing_keeps_to_a_condition_ends_there():
     assert run.ended == "stuck"
     assert len(run.points) < 30
     assert all(special.kind == "event" for special in run.specials)
+
+
+def test_conditions_that_change_at_one_place_once_each_do_not_end_a_branch():
+    """A strip that lies on a wall and lets go of it everywhere at once."""
+    run = follow(first_point(_LettingGo(), np.zeros(1), 0.0, 1e-10))
+    assert run.ended == "range"
+    assert {special.condition for special in run.specials} == set(range(12))
+    assert [special.point.t for special in run.specials] == pytest.approx([0.05] * 12, abs=1e-9)
+    assert run.points[-1].t == 1.0

@@ -71,8 +71,13 @@ def _branch(*points):
     ([("regular", 1), ("branch_point", 1), ("regular", 2)], None),
     ([("regular", 0), ("event", 0), ("regular", 0)], None),
     ([("regular", 0), ("ruling", 0), ("regular", 1)], 1.0),
+    ([("regular", 0), ("branch_point", 0), ("regular", 0), ("branch_point", 0), ("regular", 1)], 3.0),
+    ([("regular", 1), ("branch_point", 1), ("regular", 1), ("branch_point", 0), ("regular", 0)], 3.0),
+    ([("regular", 0), ("branch_point", 0), ("regular", 0)], None),
+    ([("regular", 0), ("branch_point", 0)], 1.0),
 ])  # fmt: skip
 def test_where_stability_is_lost_or_gained_events_count(points, place):
-    """Behind a flat part that buckles a roof's strip was said to lose its stability at the next branch point."""
+    """Behind a flat part that buckles a roof's strip was said to lose its stability at the next branch point; the side
+    of a pitchfork, where it only touches the fork that it leaves."""
     found = _branch(*points).turning
     assert (None if found is None else found.parameter) == place

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from compare.commands.main import main
+from compare.pages.branches.states import sentences
 from compare.scene.scene import loads
-from compare.studies.branches.states import states
+from compare.studies.branches.bars import Bars
+from compare.studies.branches.states import Seen, States, states
 from ribbonbench.errors import BadInput
 from tests.compare.studies.test_branches import HELD
 
@@ -53,6 +55,18 @@ def test_a_state_is_settled_where_finer_elements_have_it_too(seen):
         if s.image_of is not None:
             assert s.bars is found.seen[s.image_of].bars
     assert all(s.settles for s in seen["wunderlich"].seen[:4])
+
+
+@pytest.mark.parametrize(("costly", "why"), [(True, "cost too much"), (False, "time was spent")])
+def test_errors_that_were_not_asked_for_are_told_with_the_reason(costly, why):
+    """They looked like those of states that do not settle."""
+    bars = (None, Bars(0.0, 1e-3, 1e-3, None, True), Bars(0.0, 1e-3, 1e-3, None, False), None)
+    some = tuple(Seen(float(k), 0, 0.0, "", None, np.zeros((101, 3)), None, one) for k, one in enumerate(bars))
+    assert (States(some, 0, 1, True).unasked, States(some, 0, 1, True).unsettled) == (2, 1)
+    (said,) = (line for line in sentences(States(some, 0, 1, True, costly)) if "asked" in line)
+    assert "2 of 4 states" in said
+    assert why in said
+    assert not any("asked" in line for line in sentences(States(some[1:3], 0, 1, True, costly)))
 
 
 def test_every_state_is_an_equilibrium_that_its_own_solver_confirms(seen):

@@ -9,6 +9,9 @@ from scipy.special import jv
 
 from shellref.elastica.problem import ElasticaProblem
 from shellref.elastica.solve import solve as solve_elastica
+from shellref.law import cut
+from shellref.rod.elements import Elements, State
+from shellref.rod.layers import fitted
 from shellref.rod.problem import Held, RodProblem, Section, rectangle
 from shellref.rod.quaternion import rotation, turned
 from shellref.rod.result import RodStatus
@@ -212,3 +215,21 @@ def test_a_coarse_mesh_has_its_error_where_halved_elements_find_another_state_be
     assert known.error is not None
     monkeypatch.setattr("shellref.rod.solve.refined", lambda result: replace(known, status=RodStatus.LIMIT_POINT))
     assert solve(problem, 8, estimate_error=True).error == pytest.approx(known.error, rel=1e-3)
+
+
+@pytest.mark.parametrize("points", [0, 10, 30])
+def test_elements_that_move_into_layers_are_as_many_and_keep_to_the_points_of_a_table(points):
+    """At every move there was one element more for every point of the table."""
+    s = np.linspace(0.0, 1.0, points + 2) ** 1.3
+    law = tuple((float(a), float(8.0 + np.sin(9.0 * a))) for a in s) if points else (8.0, 0.0)
+    problem = RodProblem(rectangle(0.05, 1e-3, 0.3), law)
+    joints = cut(np.linspace(0.0, 1.0, 21), law)
+    count = joints.size
+    for _ in range(3):
+        elements = Elements(joints, 2)
+        fine = elements.s
+        state = State(np.stack([0.0 * fine, 0.0 * fine, 1.01 * fine], axis=1), np.eye(4)[[0] * fine.size])
+        joints = fitted(elements, state, problem)
+        assert joints.size == count
+        assert np.diff(joints).min() > 1e-4
+        assert np.isin(s, joints).all()
