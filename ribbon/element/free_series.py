@@ -23,9 +23,8 @@ from numba import njit
 
 from ribbon.element import twist_series
 from ribbon.element.free_values import advance
-from ribbon.element.series import FMA, MAX_TERMS, STATES, TINY
+from ribbon.element.series import FMA, LANES, MAX_TERMS, STATES, TINY
 
-_LANES = 4
 #: Terms at least: of a straight strip all values are zero, and the second derivative by slopes first in term 4.
 _LEAST = 4
 #: Components of a jet by four and by six parameters.
@@ -45,15 +44,15 @@ def parameter_count(components):
 def _turn(new, axis, to, source, at, f):
     """new[:, to] += f source[:, at] x-ed with the axis, in all lanes."""
     if axis == 0:
-        for l in range(_LANES):
+        for l in range(LANES):
             new[1, to, l] += f[l] * source[2, at, l]
             new[2, to, l] -= f[l] * source[1, at, l]
     elif axis == 1:
-        for l in range(_LANES):
+        for l in range(LANES):
             new[2, to, l] += f[l] * source[0, at, l]
             new[0, to, l] -= f[l] * source[2, at, l]
     else:
-        for l in range(_LANES):
+        for l in range(LANES):
             new[0, to, l] += f[l] * source[1, at, l]
             new[1, to, l] -= f[l] * source[0, at, l]
 
@@ -67,7 +66,7 @@ def _term(new, one, two, lam, count, k):
     f = 1.0 / k
     components = new.shape[1]
     for i in range(components):
-        for l in range(_LANES):
+        for l in range(LANES):
             x1, y1, z1 = one[0, i, l], one[1, i, l], one[2, i, l]
             x2, y2, z2 = two[0, i, l], two[1, i, l], two[2, i, l]
             a, b, n, m = lam[0, l], lam[1, l], lam[2, l], lam[3, l]
@@ -76,11 +75,11 @@ def _term(new, one, two, lam, count, k):
             new[2, i, l] = -f * (b * y1 + a * y2)
     if count == 6:
         for i in range(components):
-            for l in range(_LANES):
+            for l in range(LANES):
                 c, d = lam[4, l], lam[5, l]
                 new[0, i, l] -= f * (d * one[2, i, l] + c * two[2, i, l])
                 new[2, i, l] += f * (d * one[0, i, l] + c * two[0, i, l])
-    unit = np.empty(_LANES)
+    unit = np.empty(LANES)
     unit[:] = f
     at = 1 + count
     for p in range(count):
@@ -102,7 +101,7 @@ def _series(lam, first, count, work, sums):
     """
     work[:] = 0.0
     sums[:] = 0.0
-    for l in range(_LANES):
+    for l in range(LANES):
         row = (first + l) % 3
         work[0, row, 0, l] = 1.0
         sums[row, 0, l] = 1.0
@@ -118,7 +117,7 @@ def _series(lam, first, count, work, sums):
         f1 = 1.0 / (k + 1)
         f2 = f1 / (k + 2)
         for i in range(components):
-            for l in range(_LANES):
+            for l in range(LANES):
                 x, z = new[0, i, l], new[2, i, l]
                 sums[0, i, l] += x
                 sums[1, i, l] += new[1, i, l]
@@ -127,7 +126,7 @@ def _series(lam, first, count, work, sums):
                 sums[4, i, l] += f2 * z
                 sums[5, i, l] += f1 * x
         size = 0.0
-        for l in range(_LANES):
+        for l in range(LANES):
             size = max(size, abs(new[0, 0, l]) + abs(new[1, 0, l]) + abs(new[2, 0, l]))
         small = small + 1 if size * k * k < 10.0 * TINY else 0
         if small >= 3 and k >= _LEAST:
@@ -238,19 +237,19 @@ def walk(q, lengths, limit, states):
     level = (size - STATES[0]) // 3
     unrolled = count == 4
     w = np.empty(twist_series.WORK)
-    lam = np.zeros((6, _LANES))
-    work = np.empty((3, 3, components, _LANES))
-    sums = np.empty((6, components, _LANES))
+    lam = np.zeros((6, LANES))
+    work = np.empty((3, 3, components, LANES))
+    sums = np.empty((6, components, LANES))
     factors = np.empty(components)
-    owner = np.empty(_LANES, dtype=np.int64)
-    group = np.empty((_LANES, 2))  # start, length of the sub-segments of the group
-    parts = np.empty((_LANES + 1, size, components))
+    owner = np.empty(LANES, dtype=np.int64)
+    group = np.empty((LANES, 2))  # start, length of the sub-segments of the group
+    parts = np.empty((LANES + 1, size, components))
     total = 0
     i = 0
     done = 0.0
     while i < p:
         jobs = 0
-        while jobs < _LANES and i < p:
+        while jobs < LANES and i < p:
             end = advance(q[i], done, lengths[i], limit)
             group[jobs, 0], group[jobs, 1] = done, end - done
             owner[jobs] = i
@@ -260,8 +259,8 @@ def walk(q, lengths, limit, states):
                 i += 1
                 done = 0.0
         total += jobs
-        for first in range(0, 3 * jobs, _LANES):
-            for l in range(_LANES):
+        for first in range(0, 3 * jobs, LANES):
+            for l in range(LANES):
                 job = min((first + l) // 3, jobs - 1)
                 s, h = group[job, 0], group[job, 1]
                 own = q[owner[job]]
@@ -269,12 +268,12 @@ def walk(q, lengths, limit, states):
                     lam[k, l], lam[k + 1, l] = own[k] * h * h, (own[k + 1] + own[k] * s) * h
             if unrolled:
                 for k in range(4):
-                    for l in range(_LANES):
-                        w[twist_series.PARAMETERS + k * _LANES + l] = lam[k, l]
+                    for l in range(LANES):
+                        w[twist_series.PARAMETERS + k * LANES + l] = lam[k, l]
                 twist_series.series(w, first, level)
             else:
                 _series(lam, first, count, work, sums)
-            for l in range(min(_LANES, 3 * jobs - first)):
+            for l in range(min(LANES, 3 * jobs - first)):
                 j, row = (first + l) // 3, (first + l) % 3
                 _factors(group[j, 1], count, factors)
                 part = states[owner[j]] if group[j, 0] == 0.0 else parts[j]
@@ -285,7 +284,7 @@ def walk(q, lengths, limit, states):
         for j in range(jobs):
             if group[j, 0] > 0.0:
                 _shift(parts[j], group[j, 0], count)
-                _append(states[owner[j]], parts[j], group[j, 1], parts[_LANES])
+                _append(states[owner[j]], parts[j], group[j, 1], parts[LANES])
     return total
 
 

@@ -62,19 +62,23 @@ MOST_PIECES = 100_000
 FURTHEST = 1e5
 #: Longest series; a sub-segment with C <= 18.02 needs about 60 terms.
 MAX_TERMS = 160
-#: A series of values ends with three terms below this, one of jets with a pair of terms (y, g) below `_TINY_PAIR`: each
+#: A series of values ends with three terms below this, one of jets with a pair of terms (y, g) below `TINY_PAIR`: each
 #: term behind is smaller at least by a factor of about 10.
 TINY = 1e-18
-_TINY_PAIR = 1e-15
+TINY_PAIR = 1e-15
+#: First term of the last pair at the least: in term 4 begins the second derivative by slopes of a straight strip, whose
+#: values are all zero.
+LEAST_PAIR = 7
 #: Multiplication and addition may be fused; no other liberty is taken with the arithmetic.
 FMA = {"contract"}
 #: Rows of the jets of `walk` by what is asked for: 9 entries of Q and 3 of p; and 3 of J; and 3 of T = int Q e_x ds.
 STATES = (12, 15, 18)
 
+#: Series that are summed side by side.
+LANES = 4
 # Workspace of a series of jets. A block is a jet of 15 components (and one of padding) in all lanes: x, y, z, g of the
 # even and of the odd term, sums of x, y, z, integrals of z, of that of z, and of x; then the lanes' a, b, n, m.
-_LANES = 4
-_BLOCK = 16 * _LANES
+_BLOCK = 16 * LANES
 _Y = _BLOCK
 _Z = 2 * _BLOCK
 _G = 3 * _BLOCK
@@ -82,7 +86,7 @@ _ODD = 4 * _BLOCK
 _SUMS = 8 * _BLOCK
 _INTEGRALS = 11 * _BLOCK
 _PARAMETERS = 14 * _BLOCK
-_FACTORS = _PARAMETERS + 4 * _LANES
+_FACTORS = _PARAMETERS + 4 * LANES
 _WORK = _FACTORS + COMPONENTS
 
 # Pairs of the second derivatives, in the order of the jet: (a, b, n, m) = (0, 1, 2, 3).
@@ -236,7 +240,7 @@ def _component(w, new, old, i, a, b, m, n, e, fz, fx, fy, fg):
 @njit(forceinline=True)
 def _head(w, i):
     """Value and first derivatives at place i."""
-    return w[i], w[i + _LANES], w[i + 2 * _LANES], w[i + 3 * _LANES], w[i + 4 * _LANES]
+    return w[i], w[i + LANES], w[i + 2 * LANES], w[i + 3 * LANES], w[i + 4 * LANES]
 
 
 @njit(forceinline=True, fastmath=FMA, error_model="numpy")
@@ -248,11 +252,11 @@ def _term(w, new, old, k):
     """
     f = 1.0 / k
     d = (k - 1) * f
-    for l in range(_LANES):
+    for l in range(LANES):
         a = w[_PARAMETERS + l] * f
-        b = w[_PARAMETERS + _LANES + l] * f
-        n = w[_PARAMETERS + 2 * _LANES + l]
-        m = w[_PARAMETERS + 3 * _LANES + l]
+        b = w[_PARAMETERS + LANES + l] * f
+        n = w[_PARAMETERS + 2 * LANES + l]
+        m = w[_PARAMETERS + 3 * LANES + l]
         e = n * d
         y, ya, yb, yn, ym = _head(w, old + _Y + l)
         g, ga, gb, gn, gm = _head(w, old + _G + l)
@@ -261,20 +265,20 @@ def _term(w, new, old, k):
         zz, zza, zzb, zzn, zzm = _head(w, old + _Z + l)
         xx, xxa, xxb, xxn, xxm = _head(w, old + l)
         z, x = _component(w, new, old, l, a, b, m, n, e, 0.0, 0.0, 0.0, 0.0)
-        za, xa = _component(w, new, old, l + _LANES, a, b, m, n, e, f * yy, 0.0, f * gg, 0.0)
-        zb, xb = _component(w, new, old, l + 2 * _LANES, a, b, m, n, e, f * y, 0.0, f * g, 0.0)
-        zn, xn = _component(w, new, old, l + 3 * _LANES, a, b, m, n, e, 0.0, d * zz, 0.0, xx)
-        zm, xm = _component(w, new, old, l + 4 * _LANES, a, b, m, n, e, 0.0, z, 0.0, x)
-        _component(w, new, old, l + 5 * _LANES, a, b, m, n, e, f * yya, 0.0, f * gga, 0.0)
-        _component(w, new, old, l + 6 * _LANES, a, b, m, n, e, f * (yyb + ya), 0.0, f * (ggb + ga), 0.0)
-        _component(w, new, old, l + 7 * _LANES, a, b, m, n, e, f * yyn, d * zza, f * ggn, xxa)
-        _component(w, new, old, l + 8 * _LANES, a, b, m, n, e, f * yym, za, f * ggm, xa)
-        _component(w, new, old, l + 9 * _LANES, a, b, m, n, e, f * yb, 0.0, f * gb, 0.0)
-        _component(w, new, old, l + 10 * _LANES, a, b, m, n, e, f * yn, d * zzb, f * gn, xxb)
-        _component(w, new, old, l + 11 * _LANES, a, b, m, n, e, f * ym, zb, f * gm, xb)
-        _component(w, new, old, l + 12 * _LANES, a, b, m, n, e, 0.0, d * zzn, 0.0, xxn)
-        _component(w, new, old, l + 13 * _LANES, a, b, m, n, e, 0.0, d * zzm + zn, 0.0, xxm + xn)
-        _component(w, new, old, l + 14 * _LANES, a, b, m, n, e, 0.0, zm, 0.0, xm)
+        za, xa = _component(w, new, old, l + LANES, a, b, m, n, e, f * yy, 0.0, f * gg, 0.0)
+        zb, xb = _component(w, new, old, l + 2 * LANES, a, b, m, n, e, f * y, 0.0, f * g, 0.0)
+        zn, xn = _component(w, new, old, l + 3 * LANES, a, b, m, n, e, 0.0, d * zz, 0.0, xx)
+        zm, xm = _component(w, new, old, l + 4 * LANES, a, b, m, n, e, 0.0, z, 0.0, x)
+        _component(w, new, old, l + 5 * LANES, a, b, m, n, e, f * yya, 0.0, f * gga, 0.0)
+        _component(w, new, old, l + 6 * LANES, a, b, m, n, e, f * (yyb + ya), 0.0, f * (ggb + ga), 0.0)
+        _component(w, new, old, l + 7 * LANES, a, b, m, n, e, f * yyn, d * zza, f * ggn, xxa)
+        _component(w, new, old, l + 8 * LANES, a, b, m, n, e, f * yym, za, f * ggm, xa)
+        _component(w, new, old, l + 9 * LANES, a, b, m, n, e, f * yb, 0.0, f * gb, 0.0)
+        _component(w, new, old, l + 10 * LANES, a, b, m, n, e, f * yn, d * zzb, f * gn, xxb)
+        _component(w, new, old, l + 11 * LANES, a, b, m, n, e, f * ym, zb, f * gm, xb)
+        _component(w, new, old, l + 12 * LANES, a, b, m, n, e, 0.0, d * zzn, 0.0, xxn)
+        _component(w, new, old, l + 13 * LANES, a, b, m, n, e, 0.0, d * zzm + zn, 0.0, xxm + xn)
+        _component(w, new, old, l + 14 * LANES, a, b, m, n, e, 0.0, zm, 0.0, xm)
 
 
 @njit(forceinline=True, fastmath={"contract", "reassoc"})
@@ -296,7 +300,7 @@ def _series(w, first, level):
     """
     for i in range(_PARAMETERS):
         w[i] = 0.0
-    for l in range(_LANES):
+    for l in range(LANES):
         r = (first + l) % 3
         w[r * _BLOCK + l] = 1.0
         w[_SUMS + r * _BLOCK + l] = 1.0
@@ -305,8 +309,8 @@ def _series(w, first, level):
             w[_INTEGRALS + l] = 1.0
             w[_INTEGRALS + _BLOCK + l] = 0.5
         elif r == 0:
-            w[_G + l] = -w[_PARAMETERS + 3 * _LANES + l]
-            w[_G + 4 * _LANES + l] = -1.0
+            w[_G + l] = -w[_PARAMETERS + 3 * LANES + l]
+            w[_G + 4 * LANES + l] = -1.0
             w[_INTEGRALS + 2 * _BLOCK + l] = 1.0
     for k in range(1, MAX_TERMS, 2):
         _term(w, _ODD, 0, k)
@@ -327,7 +331,7 @@ def _series(w, first, level):
         if level >= 2:
             for i in range(_BLOCK):
                 w[_INTEGRALS + 2 * _BLOCK + i] += f * w[_ODD + i] + g * w[i]
-        if k >= 7 and _square(w) < _TINY_PAIR * _TINY_PAIR:
+        if k >= LEAST_PAIR and _square(w) < TINY_PAIR * TINY_PAIR:
             break
 
 
@@ -343,7 +347,7 @@ def _unload(w, l, h, row, level, part):
     w[_FACTORS + 12], w[_FACTORS + 13], w[_FACTORS + 14] = 2.0 * h2, h, 2.0
     for c in range(COMPONENTS):
         f = w[_FACTORS + c]
-        i = _SUMS + c * _LANES + l
+        i = _SUMS + c * LANES + l
         part[3 * row, c] = f * w[i]
         part[3 * row + 1, c] = f * w[i + _BLOCK]
         part[3 * row + 2, c] = f * w[i + 2 * _BLOCK]
@@ -429,16 +433,16 @@ def walk(q, lengths, limit, states):
     p, size = states.shape[:2]
     level = (size - STATES[0]) // 3
     w = np.empty(_WORK)
-    owner = np.empty(_LANES, dtype=np.int64)
+    owner = np.empty(LANES, dtype=np.int64)
     # a h^2, b h, n h, m at the start, start, length h of the sub-segments of the group
-    group = np.empty((_LANES, 6))
-    parts = np.empty((_LANES + 1, size, COMPONENTS))
+    group = np.empty((LANES, 6))
+    parts = np.empty((LANES + 1, size, COMPONENTS))
     count = 0
     i = 0
     done = 0.0
     while i < p:
         jobs = 0
-        while jobs < _LANES and i < p:
+        while jobs < LANES and i < p:
             a, b, n, m = q[i, 0], q[i, 1], q[i, 2], q[i, 3]
             end = advance(a, b, n, m, done, lengths[i], limit)
             h = end - done
@@ -452,20 +456,20 @@ def walk(q, lengths, limit, states):
                 i += 1
                 done = 0.0
         count += jobs
-        for first in range(0, 3 * jobs, _LANES):
-            for l in range(_LANES):
+        for first in range(0, 3 * jobs, LANES):
+            for l in range(LANES):
                 job = group[min((first + l) // 3, jobs - 1)]
                 for k in range(4):
-                    w[_PARAMETERS + k * _LANES + l] = job[k]
+                    w[_PARAMETERS + k * LANES + l] = job[k]
             _series(w, first, level)
-            for l in range(min(_LANES, 3 * jobs - first)):
+            for l in range(min(LANES, 3 * jobs - first)):
                 j = (first + l) // 3
                 part = states[owner[j]] if group[j, 4] == 0.0 else parts[j]
                 _unload(w, l, group[j, 5], (first + l) % 3, level, part)
         for j in range(jobs):
             if group[j, 4] > 0.0:
                 _shift(parts[j], group[j, 4])
-                _append(states[owner[j]], parts[j], group[j, 5], parts[_LANES])
+                _append(states[owner[j]], parts[j], group[j, 5], parts[LANES])
     return count
 
 

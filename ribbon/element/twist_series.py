@@ -14,15 +14,10 @@ from __future__ import annotations
 
 from numba import njit
 
-from ribbon.element.series import FMA, MAX_TERMS
+from ribbon.element.series import FMA, LANES, LEAST_PAIR, MAX_TERMS, TINY_PAIR
 
-LANES = 4
 #: Components of a jet.
 COMPONENTS = 15
-#: A series ends with a term whose jet is below this, each term behind being smaller at least by a factor of about 10.
-_TINY = 1e-15
-#: Terms at least: of a straight strip all values are zero, and the second derivative by slopes first in term 4.
-_LEAST = 7
 
 # Workspace: x, y, z of the even and of the odd term, sums of x, y, z, integrals of z, of that of z, and of x; then the
 # lanes' a, b, n, m, in the scaled abscissa.
@@ -124,7 +119,7 @@ def series(w, first, level):
         if level >= 2:
             for i in range(_BLOCK):
                 w[SUMS + 5 * _BLOCK + i] += f * w[_ODD + i] + g * w[i]
-        if k >= _LEAST and _square(w) < _TINY * _TINY:
+        if k >= LEAST_PAIR and _square(w) < TINY_PAIR * TINY_PAIR:
             break
 
 

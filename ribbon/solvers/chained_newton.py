@@ -498,7 +498,9 @@ def descend(x, lengths, material, loads, bounds, exact, iterations, state, gradi
     `gradient` (n,) is that of the last x, and so are the `jets` in `own` where the state says FRESH.
 
     material, loads: `ribbon.problems.arguments`; bounds: `Bounds`; exact (2,): tolerance of the residual, which ends at
-    the second number or where rounding lets it fall no more. A state that begins with a barrier of -1 is near its end.
+    the second number, where rounding lets it fall no more, or where two whole Newton steps in a row (no barrier, no
+    shift, not shortened) say that quadratic convergence has already brought it below the second number. A state that
+    begins with a barrier of -1 is near its end.
     """
     fields = x.size // (lengths.size + 1)
     q, parts = np.empty((lengths.size, 2 * fields)), np.empty(3)
@@ -519,7 +521,8 @@ def descend(x, lengths, material, loads, bounds, exact, iterations, state, gradi
     steep = bounded and bounds.reach < 1.0  # the energy is infinite on a bound
     blind = False  # whether the last step was taken by the gradient, its energy being rounding or a saddle's
     before = np.inf
-    earlier = 0.0  # the residual before that, between two whole Newton steps, else 0
+    earlier = 0.0  # the residual before that, where the last two steps are whole Newton steps, else 0
+    whole = False  # whether the last step is one
     negative = turn = 0
     turned_so_far = 0.0
     while True:
@@ -565,7 +568,6 @@ def descend(x, lengths, material, loads, bounds, exact, iterations, state, gradi
         _stepped(x, gradient, slopes, bounds, linear, used, stiffest, free, walled, y, step, jump, turned)
         most = _furthest(x, step, bounds, linear.held, walled, turned)
         right[:], kept[:] = gradient, x
-        whole = mu == 0.0 and negative == 0 and before < np.inf
         before_value, earlier, before = value, before if whole else 0.0, residual
         untried = negative > 0 and not shifted
         length, value, blind = _searched(
@@ -577,7 +579,8 @@ def descend(x, lengths, material, loads, bounds, exact, iterations, state, gradi
             return
         if mu > 0.0:
             _move_multipliers(x, step, length, bounds.lower, bounds.upper, linear.held, below, above, mu, y)
-        if length != 1.0:
+        whole = mu == 0.0 and negative == 0 and length == 1.0
+        if not whole:
             earlier = 0.0
         x[:] = y
         state[ENERGY] = value

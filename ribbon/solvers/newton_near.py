@@ -57,7 +57,8 @@ _ENDING, _FALLS = 1e-7, 0.1
 class Iterate:
     """A point of a problem of equalities: x (n,), y (m,), and what is of first order there.
 
-    free (n,), rows (m,): what is asked; the rest stays."""
+    free (n,), rows (m,): what is asked; the rest stays. negative: eigenvalues below zero of H on the rows at the point
+    of the last `step`, which `again` leaves as they are (-1: not to be told)."""
 
     def __init__(self, problem: Any, free: BoolArray, rows: BoolArray) -> None:
         self.problem, self.free, self.rows = problem, free, rows
@@ -130,7 +131,9 @@ def minimum_near(problem: MixedProblem, x: FloatArray, rows: FloatArray, toleran
 
     Its `residual` is the largest, without scale. problem: without walls. No bound is active there: the energy is
     infinite on them, or there is none. Where multipliers are large so is their rounding: the residual is then measured
-    as Ipopt does, over their mean.
+    as Ipopt does, over their mean. Its inertia is counted where the last system was factored: one step before x, or two
+    and more where the last ones were made with the same factor (`Iterate.again`), which begin at residuals below
+    `_ENDING`; never before windows were solved on their own.
     """
     return _near(problem, x, rows, tolerance, True)
 
@@ -168,20 +171,21 @@ def _near(
     y = rows
     worst = at.at(x, y)
     count, last = 0, np.inf
+    stale = True  # whether x was moved since the last factor by more than steps
     while True:
         scale = max(1.0, float(np.abs(y).mean()) / _MEAN)
-        if worst <= tolerance * scale:
+        if worst <= tolerance * scale and (count == 0 or not stale):
             break
         if count == MOST or not np.isfinite(worst) or budget.spent():
             return None
         before = worst
-        x, y = at.again() if count > 0 and worst <= min(_ENDING * scale, _FALLS * last) else at.step()
-        count, last = count + 1, before
+        x, y = at.again() if not stale and worst <= min(_ENDING * scale, _FALLS * last) else at.step()
+        count, last, stale = count + 1, before, False
         worst = at.at(x, y)
         if max(10.0 * tolerance, _ENDING) * scale < worst < np.inf:
             changed = _windows(at)
             if changed is not None:
-                x, y = changed
+                (x, y), stale = changed, True
                 worst = at.at(x, y)
     if least and (at.negative != 0 or count == 0):
         return None

@@ -392,7 +392,12 @@ class Equations:
         return self._carried(z, t, directions, half.lengths(self.placed), half, self.placed)
 
     def on_lengths(self, z: FloatArray, t: float, lengths: FloatArray) -> tuple[Equations, FloatArray]:
-        """The system on elements of these lengths (p,) over l, which stay where they are, and z on them."""
+        """The system on elements of these lengths (p,) over l, which stay where they are, and z on them.
+
+        z (size,): a solution of this system at the branch's parameter t, without units (l = 1, D w = 1); lengths:
+        positive, their sum 1, which is not checked. What is returned, (size,) of the new system, is near a solution,
+        not one: `residual` says how near. Raises ValueError where there is no strip at t.
+        """
         new, there, _ = self._carried(z, t, np.zeros((z.size, 0)), lengths, None, self.placed)
         return new, there
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.errors import RibbonInputError
 from ribbon.find.jointed import touching as touch
 from ribbon.find.jointed.rounds import Jointed, is_ring, settled
 from ribbon.find.jointed.touching import Line, Touching
@@ -23,7 +24,7 @@ _FLAT, _OPENED = 0.02, 0.3
 
 
 def refined(problem: MixedProblem, old: Jointed) -> Jointed | None:
-    """The equilibrium on twice as many segments: each is halved, then joints follow."""
+    """The equilibrium on twice as many segments: each is halved, then joints follow; None, and raises, as `settled`."""
     counts = tuple(2 * count for count in old.counts)
     return settled(problem, Jointed(old.state, old.touching.doubled(), 0.5 * old.length, counts))
 
@@ -38,7 +39,15 @@ def followed(
     note: Callable[[float, Jointed], None] | None = None,
 ) -> tuple[float, Jointed]:
     """From a parameter to another, by steps of `step`, halved where one is not found or leads through the rod itself;
-    how far it got, and the state."""
+    how far it got, and the state.
+
+    problem_at: the problem of a parameter, in whose unit are begin, end (on either side of it), step, which is the
+    longest, and smallest, the one below which it ends before `end`; start: an equilibrium at `begin`; note: told every
+    parameter that is reached, and its state. Raises RibbonInputError where step or smallest is not positive.
+    """
+    for key, size in (("step", step), ("smallest", smallest)):
+        if not size > 0.0:
+            raise RibbonInputError(key, size, "a positive step is needed")
     at, here, size = begin, start, step
     behind: tuple[float, Jointed] | None = None
     way = np.sign(end - begin)

@@ -46,7 +46,12 @@ _CLEARLY = 1e-3
 
 @dataclass(frozen=True)
 class Jointed:
-    """An equilibrium, what touches in it, the length of its segments, and how many are between places."""
+    """An equilibrium, what touches in it, and its segments.
+
+    state: of a `MixedProblem`, on any segments where a search starts from it; length: about that (l) of the segments
+    beside lines; counts: how many are between one place, or end of a line, and the next along the strip, those on lines
+    left out, (): as the length says.
+    """
 
     state: Equilibrium
     touching: Touching
@@ -82,7 +87,12 @@ def begun(state: Equilibrium) -> Touching:
 
 def settled(problem: MixedProblem, old: Jointed, how: How | None = None) -> Jointed | None:
     """The equilibrium of `problem`, whatever its segments and pairs, from `old` on segments that follow its places,
-    judged; None where none is found, something pulls, or strands are too deep in each other between joints."""
+    judged; None where none is found, something pulls, or strands are too deep in each other between joints.
+
+    problem: of a round rod that is kept apart from itself (`apart` > 0). Places are within 1e-3, ends of lines within
+    1e-2 of a segment where they belong, but an end whose gap outside has no nearest place stays where it is. how: of
+    the verdict, None: the usual one. Raises AssertionError where `problem`, or the one `old` is of, is not mixed.
+    """
     here = old
     before: dict[tuple[int, int], tuple[float, float]] = {}
     for _ in range(ROUNDS):
@@ -187,8 +197,14 @@ def _changed(here: Jointed) -> Touching | None:
         places.remove(near[0])
         lines.append(Line(s - reach, s + reach, (other + reach, other, other - reach)))
     fresh = Touching(tuple(sorted(places)), tuple(lines))
-    same = len(fresh.places) == len(here.touching.places) and fresh.lines == here.touching.lines
-    return None if same else fresh
+    return None if _same(here.touching, fresh, _PLACED * h) else fresh
+
+
+def _same(old: Touching, fresh: Touching, near: float) -> bool:
+    """Whether the same lines touch, and as many places, each of them nearer than this to one that touched."""
+    if len(fresh.places) != len(old.places) or fresh.lines != old.lines:
+        return False
+    return all(any(max(abs(s - t), abs(r - q)) <= near for t, q in old.places) for s, r in fresh.places)
 
 
 def _without_pull(here: Jointed) -> Touching:
@@ -225,6 +241,9 @@ def _moved(here: Jointed, before: dict[tuple[int, int], tuple[float, float]]) ->
         ends = []
         for side, (at, way) in enumerate(((line.begin, -1.0), (line.end, 1.0))):
             second, third = slopes[side, 1:]
+            if not np.isfinite(second):  # nothing says where to: it stays, and no secant goes through it
+                ends.append(at)
+                continue
             step = -_FIRST * second / max(third, 1e-300) if third > 0.0 else -_STEP * here.length
             if (k, side) in before:
                 was, value = before[(k, side)]

@@ -36,8 +36,8 @@ _SAME = 0.05
 
 @dataclass(frozen=True)
 class Line:
-    """A line of contact: its first and last abscissa on the strand that comes first, segments between them, and the
-    abscissae (segments + 1,) on the other strand that face its joints."""
+    """A line of contact: its first and last abscissa on the strand that comes first, begin < end, and the abscissae
+    (segments + 1,) on the other strand that face its joints, which fall. All are over l, in [0, 1]."""
 
     begin: float
     end: float
@@ -71,7 +71,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Touching:
-    """Places of their own, (s, s') with s < s', and lines."""
+    """Places of their own, (s, s') over l with s < s', and lines. It is not checked."""
 
     places: tuple[tuple[float, float], ...] = ()
     lines: tuple[Line, ...] = ()
@@ -86,7 +86,8 @@ class Touching:
         return tuple(out)
 
     def on(self, length: float) -> Touching:
-        """With segments on its lines for ones of about this length beside them."""
+        """With segments on its lines for ones of about this length (l, positive) beside them: half as long, and four at
+        the least."""
         return replace(
             self, lines=tuple(line.on(_count(line.end - line.begin, _SHARE * length)) for line in self.lines)
         )
@@ -104,7 +105,12 @@ def joints(
     touching: Touching, length: float, ring: bool, counts: tuple[int, ...] = ()
 ) -> tuple[FloatArray, tuple[int, ...]]:
     """Joints (p + 1,) of which one is at each place of contact, on both strands, and on lines at all that face each
-    other; between them equal segments of about `length`, or `counts` of them; and how many. ring: one halfway too."""
+    other; between them equal segments of about `length`, or `counts` of them; and how many. ring: one halfway too.
+
+    length: over l, positive (ZeroDivisionError for 0); joints: abscissae over l from 0 to 1, which rise where what
+    touches does not overlap; counts: from one place, or end of a line, to the next along the strip, those on lines left
+    out; where fewer are given than are needed the length says the others.
+    """
     fixed = {0.0: 0, 1.0: 0}
     if ring:
         fixed[0.5] = 0
@@ -147,9 +153,10 @@ def slid(problem: MixedProblem, x: FloatArray, touching: Touching) -> Touching:
 
 
 def leaving(problem: MixedProblem, x: FloatArray, line: Line) -> FloatArray:
-    """How the gap leaves zero outside of both ends of a line: (g_1, g_2, g_3) (2, 3), l^(1 - k)."""
+    """How the gap leaves zero outside of both ends of a line: (g_1, g_2, g_3) (2, 3), l^(1 - k); nan at an end beside
+    which it is not found."""
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
-    out = np.zeros((2, 3))
+    out = np.full((2, 3), np.nan)
     for k, (s, facing, way) in enumerate(((line.begin, line.facing[0], -1), (line.end, line.facing[-1], 1))):
         i = problem.segment_at(s + way * 0.5 * problem.lengths.min())
         t = _LOOKS * float(min(abs(starts[i + (way > 0)] - s), problem.lengths[i]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -150,6 +151,28 @@ def test_events_are_solved_on_their_own(monkeypatch):
     assert more is None or more.iterations - e.iterations >= 6
     if more is not None:
         assert p.joints(few.x)[0] == pytest.approx(p.joints(more.x)[0], abs=1e-10)
+
+
+@pytest.mark.parametrize("left", [newton_near._ENDING, doubling.EXACT])
+def test_the_inertia_is_not_older_than_windows(left, monkeypatch):
+    """Windows that leave a small residual, or none, are followed by a step with a factor of its own."""
+    e, calls = found("two clamps", 160), []
+    step, again = newton_near.Iterate.step, newton_near.Iterate.again
+
+    def windows(at):
+        before = [*calls, "windows"]
+        while at.at(*step(at)) > left:
+            pass
+        calls[:] = before
+        return at.x, at.y
+
+    monkeypatch.setattr(newton_near, "_windows", windows)
+    monkeypatch.setattr(newton_near.Iterate, "step", lambda at: calls.append("step") or step(at))
+    monkeypatch.setattr(newton_near.Iterate, "again", lambda at: calls.append("again") or again(at))
+    assert doubling.doubled(e.problem, as_minimum(e), cut(e.problem)) is not None
+    after = [second for first, second in pairwise([*calls, "end"]) if first == "windows"]
+    assert after
+    assert set(after) == {"step"}
 
 
 @pytest.mark.parametrize("body", CASES)

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from ribbon.errors import RibbonInputError
+from ribbon.find.jointed import rounds
 from ribbon.find.jointed.path import followed
 from ribbon.find.jointed.rounds import Jointed, begun, settled
 from ribbon.find.jointed.touching import Line, Touching, joints
+from ribbon.judge import nearness
+from ribbon.problems.itself.pairs import Pair
 from tests.ribbon.find.test_ply import folded, wound
 
 SEGMENTS, TURNS = 40, 2.45
@@ -56,3 +61,45 @@ def test_joints_of_a_line_face_each_other():
     longer = line.to(0.18, 0.28)
     assert longer.facing[0] == pytest.approx(0.81 + 0.02 * 1.25)
     assert longer.segments == line.segments
+
+
+def pressed(touching, pushes):
+    """What touches, with these pushes, in a state that is nothing else."""
+    problem = folded(TURNS, SEGMENTS).with_changes(pairs=touching.pairs())
+    rows = np.zeros(problem.row_count)
+    rows[problem.block_slices()["pairs"]] = -np.array(pushes)
+    return Jointed(SimpleNamespace(problem=problem, x=None, rows=rows), touching, 1.0 / SEGMENTS)
+
+
+def test_a_place_for_another_is_a_change(monkeypatch):
+    """One that pulls is let go and one that is too near is new, in one round; the same place a little on is none."""
+    here = pressed(Touching(((0.4, 0.6), (0.2, 0.8))), (-1.0, 2.0))
+    for new, expected in ((0.3, ((0.2, 0.8), (0.3, 0.7))), (0.4 + 2e-4 / SEGMENTS, None)):
+        near = Pair(new, 0.0, 1.0 - new, 0.0, True)
+        monkeypatch.setattr(nearness, "minima", lambda *_, near=near: [(-1e-3, near)])
+        changed = rounds._changed(here)
+        assert (changed and changed.places) == expected
+    monkeypatch.setattr(nearness, "minima", lambda *_: [])
+    assert rounds._changed(pressed(here.touching, (1.0, 2.0))) is None  # in whatever order
+
+
+def test_an_end_beside_which_no_gap_is_found_stays(monkeypatch):
+    """The other goes on, and no secant passes through the one."""
+    line = Line(0.3, 0.36, (0.7, 0.68, 0.66, 0.64))
+    here = pressed(Touching((), (line,)), np.ones(4))
+
+    def narrowed(problem, x, pairs):
+        return (np.array([p.s - line.end for p in pairs]) ** 3, pairs) if pairs[0].s > line.end else (np.empty(0), [])
+
+    monkeypatch.setattr(nearness, "narrowed", narrowed)
+    before = {(0, 1): (0.35, -1.0)}
+    moved = rounds._moved(here, before)
+    assert moved.lines[0].begin == line.begin
+    assert list(before) == [(0, 1)]
+    assert before[(0, 1)] == pytest.approx((0.36, 0.0), abs=1e-9)
+
+
+def test_a_path_needs_steps_forward():
+    for sizes in ((0.0, 1e-3), (-0.1, 1e-3), (0.1, 0.0)):
+        with pytest.raises(RibbonInputError):
+            followed(lambda t: folded(t, SEGMENTS), pressed(Touching(((0.4, 0.6),)), (1.0,)), 0.0, 1.0, *sizes)

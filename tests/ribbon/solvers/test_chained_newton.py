@@ -161,3 +161,25 @@ def test_twice_as_many_segments_are_few_steps_away_and_none_is_roundings():
         assert 8.0 * np.abs(there - right[field]).max() < np.abs(plain - right[field]).max()
     longer = newton.minimise(many, found.x, near=True)
     assert np.abs(longer.x - found.x).max() <= 1e-9 * np.abs(found.x).max()
+
+
+def test_a_step_with_a_barrier_does_not_say_how_the_next_ones_converge():
+    """Two whole Newton steps tell what is left: one that follows the barrier's last leaves more than they would say."""
+    problem = ChainedProblem(
+        Strip(1.0, 0.05, gamma=3.0, natural_curvature=3.0), Clamp(), HALF_DOWN, "sadowsky", np.full(8, 0.125)
+    )
+
+    def ended(exact, most):
+        x, state = started(problem), np.zeros(chained_newton.STATE)
+        own = chained_newton.jets(problem.lengths.size, problem.fields.count, problem.is_loaded)
+        below, above = np.zeros((2, x.size))
+        given = newton.arguments(problem)
+        chained_newton.descend(x, *given, exact, most, state, np.empty(x.size), below, above, own)
+        return state[[chained_newton.RESIDUAL, chained_newton.BARRIER]]
+
+    residual, barrier = np.array([ended((0.0, 0.0), k) for k in range(8)]).T
+    first = int(np.argmax(barrier == 0.0))
+    assert barrier[first - 1] > 0.0
+    good = 1.001 * residual[first] ** 3 / residual[first - 1] ** 2
+    assert residual[first + 1] > good
+    assert ended((1e-3, good), 20)[0] <= good
