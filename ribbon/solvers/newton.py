@@ -89,9 +89,11 @@ def minimise(
         problem.keep(x, own)
     held = (x <= bounds.lower) & (gradient > 0.0) | (x >= bounds.upper) & (gradient < 0.0)
     multipliers = np.where(held, gradient, 0.0)
-    problem.counters.value += int(state[chained_newton.VALUES])
-    problem.counters.gradient += int(state[chained_newton.DERIVATIVES])
-    problem.counters.hessian += int(state[chained_newton.DERIVATIVES])
+    values, derivatives = int(state[chained_newton.VALUES]), int(state[chained_newton.DERIVATIVES])
+    problem.counters.value += values
+    problem.counters.gradient += derivatives
+    problem.counters.hessian += derivatives
+    problem.counters.series += problem.lengths.size * (values * problem.has_gravity + derivatives * problem.is_loaded)
     return Minimum(
         x=x,
         multipliers=multipliers,

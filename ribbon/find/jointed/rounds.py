@@ -42,6 +42,8 @@ _SHORT = 0.1
 _OWN = 2.5
 #: Part of the largest force from which a place pushes.
 _CLEARLY = 1e-3
+#: Part of it below which a place pushes nothing and is let go.
+_NONE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -211,8 +213,8 @@ def _without_pull(here: Jointed) -> Touching:
     """Without places that pull, lines shorter by half a segment where an end does, and a place for a line without
     length."""
     touching, push = here.touching, here.pushes
-    k = len(touching.places)
-    places = [place for place, force in zip(touching.places, push[:k], strict=True) if force > 0.0]
+    k, none = len(touching.places), _NONE * push.max(initial=0.0)
+    places = [place for place, force in zip(touching.places, push[:k], strict=True) if force > none]
     lines = []
     for line in touching.lines:
         own, half = push[k : k + line.segments + 1], 0.5 * (line.end - line.begin) / line.segments
