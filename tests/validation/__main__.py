@@ -16,6 +16,7 @@ import signal
 import sys
 import time
 
+from compare.store.store import atomic_write_text
 from ribbonbench import sources
 from tests.validation import readme, remake, stale
 from tests.validation.record import Pages
@@ -175,9 +176,21 @@ def several(names: list[str], every: bool, jobs: int, minutes: float = math.inf)
     return code
 
 
+#: Pages that hold nothing but numbers of others: made again at once when those change.
+FOLLOWS = ("which_model",)
+
+
 def rendered(failed: int) -> int:
-    """Renders the pages of prose and says what a template asks and nobody measured; then `failed`, else 0."""
-    problems = readme.write(Pages())
+    """Makes again what only says what other pages have (`FOLLOWS`, the gallery's sources, the pages of prose) and says
+    what a template asks and nobody measured; then `failed`, else 0."""
+    pages = Pages()
+    for status in stale.statuses(pages, FOLLOWS):
+        if status.stale:
+            one(status.name)
+    gallery = pages.root / "docs" / "gallery.md"
+    headlines = importlib.import_module("tests.validation.workbench.gallery_headlines")
+    atomic_write_text(gallery, headlines.written(gallery.read_text(), pages))
+    problems = readme.write(pages)
     for line in problems:
         print(f"finding: {line}", flush=True)
     return failed if problems else stale.DONE

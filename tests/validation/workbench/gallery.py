@@ -20,6 +20,7 @@ from compare.scene.scene import Scene, load, shipped
 from compare.store.provenance import versions
 from compare.store.store import atomic_write_bytes, atomic_write_text
 from tests.validation.number import Number
+from tests.validation.record import Pages
 from tests.validation.workbench.gallery_headlines import HEADLINES
 
 FloatArray = NDArray[np.float64]
@@ -154,7 +155,7 @@ def entry(scene: Scene, run: State) -> str:
             f"## {scene.name}",
             f"![{scene.title}: the ribbon at rest]({picture_name(scene)})",
             f"{scene.title}. `ribbonbench solve {scene.name}`{beside}.",
-            f"**{headline.quantity}: {headline.text(e)}**. Beside it: {headline.source}.",
+            f"**{headline.quantity}: {headline.text(e)}**. Beside it: {headline.beside(Pages())}.",
             f"{e.status.value.capitalize()}; {e.problem.energy}, {size}"
             f"{stages}; residual {e.residual:.0e}; {run.seconds.warm * 1e3:.3g} ms warm, the stability check included.",
         ]
@@ -169,7 +170,7 @@ def rod_entry(scene: Scene, run: State) -> str:
             f"## {scene.name}",
             f"![{scene.title}: the rod at rest]({picture_name(scene)})",
             f"{scene.title}. `ribbonbench solve {scene.name}`.",
-            f"**{headline.quantity}: {headline.text(run)}**. Beside it: {headline.source}.",
+            f"**{headline.quantity}: {headline.text(run)}**. Beside it: {headline.beside(Pages())}.",
             f"{r.status.value.capitalize()}; elastica, {len(r.nodes) - 1} elements of degree {r.degree}; residual "
             f"{r.residual:.0e}; {run.seconds.warm * 1e3:.3g} ms warm, the stability check included.",
         ]
@@ -185,7 +186,7 @@ def model_entry(scene: Scene, run: State) -> str:
             f"## {scene.name}",
             f"![{scene.title}: the strip at rest]({picture_name(scene)})",
             f"{scene.title}. `ribbonbench solve {scene.name}`{beside}.",
-            f"**{headline.quantity}: {headline.text(run)}**. Beside it: {headline.source}.",
+            f"**{headline.quantity}: {headline.text(run)}**. Beside it: {headline.beside(Pages())}.",
             f"{run.status.value.capitalize()}; {run.size.ladder}, {run.size.label} elements; residual "
             f"{run.residual:.0e}; {run.seconds.warm * 1e3:.3g} ms warm, the stability check included.",
         ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -11,12 +12,14 @@ import numpy as np
 
 from compare.models.base import State
 from ribbon import Equilibrium
+from tests.validation.readme import named, render
+from tests.validation.record import Pages
 
 
 @dataclass(frozen=True)
 class Headline:
     """quantity: what the number is, with its unit; value: of an equilibrium; form: how it is written; source: what it
-    stands beside (Markdown)."""
+    stands beside (Markdown); numbers of pages in it as placeholders of `tests.validation.readme`."""
 
     quantity: str
     value: Callable[[Any], float]
@@ -26,6 +29,22 @@ class Headline:
     def text(self, equilibrium: Equilibrium | State) -> str:
         """The number as the page has it."""
         return format(self.value(equilibrium), self.form)
+
+    def beside(self, pages: Pages) -> str:
+        """What it stands beside, with the numbers that the pages have now."""
+        kept = {name: record for name in named(self.source) if (record := pages.read(name)) is not None}
+        return render(self.source, kept)
+
+
+def written(page: str, pages: Pages) -> str:
+    """docs/gallery.md with what stands beside every number as the pages have it now."""
+    for name, headline in HEADLINES.items():
+        start = page.find(f"\n## {name}\n")
+        line = re.compile(r"(\*\*" + re.escape(headline.quantity) + r": .*?\*\*\. Beside it: ).*?\.(?=\n|$)")
+        match = line.search(page, start) if start >= 0 else None
+        if match is not None:
+            page = f"{page[: match.start()]}{match[1]}{headline.beside(pages)}.{page[match.end() :]}"
+    return page
 
 
 #: D w / l of the tape of Martin et al. 2017, table 2, N mm; and D w / l^2, N.
@@ -141,12 +160,14 @@ HEADLINES: dict[str, Headline] = {
     "coil_40_1200": Headline(_ENERGY, _total, ".4f", _COIL),
     "coil_100_7500": Headline(
         _ENERGY, _total, ".4f",
-        "20 segments, as in the thesis, are too few here: -5807.73 with 320, and one search from the natural shape "
+        "20 segments, as in the thesis, are too few here: {coils.energy_100_up:.2f} with 320, and one search from "
+        "the natural shape "
         "ends higher on them, at -5653; [coils](../results/coils.md), [seeds](../results/seeds.md)",
     ),
     "curl_4_3": Headline(
         _ENERGY, _total, ".4f",
-        "the shell of w/h = 200 has -54.4623 and is 1.6e-2 l away: [curl_4_3](../results/curl_4_3/README.md)",
+        "the shell of w/h = 200 has {curl.total_up_200} and is {curl.distance_up_200:.1e} l away: "
+        "[curl_4_3](../results/curl_4_3/README.md)",
     ),
     "curl_4_3_down": Headline(
         _ENERGY, _total, ".4f",
@@ -154,22 +175,25 @@ HEADLINES: dict[str, Headline] = {
     ),
     "curl_4_4_long": Headline(
         "largest distance from the plane of the clamp, l", _out_of_plane, ".3f",
-        "planar up to 29.0 cm with this clamp and energy, of 40 cm it is not: [curl_length](../results/curl_length.md)",
+        "planar up to {curl_length.wunderlich_free:.1f} cm with this clamp and energy, of 40 cm it is not: "
+        "[curl_length](../results/curl_length.md)",
     ),
     "curl_4_4_short": Headline(
         "largest distance from the plane of the clamp, l", _out_of_plane, ".3f",
-        "planar up to 29.0 cm with this clamp and energy, of 25 cm it is: [curl_length](../results/curl_length.md)",
+        "planar up to {curl_length.wunderlich_free:.1f} cm with this clamp and energy, of 25 cm it is: "
+        "[curl_length](../results/curl_length.md)",
     ),
     "daisy_5g": Headline(_ASIDE, _aside, ".5f", _DAISY),
     "daisy_10g": Headline(_ASIDE, _aside, ".5f", _DAISY),
     "daisy_sheet": Headline(
         _ASIDE, _aside, ".5f",
-        "the same by deflation, and the saddle at -0.91033 cm to which Newton goes from rest: "
+        "the same by deflation, and the saddle at {daisy.tip_10g:.5f} cm to which Newton goes from rest: "
         "[daisy](../results/daisy.md)",
     ),
     "daisy_straight": Headline(
         _ASIDE, _aside, ".4f",
-        "one of both branches of the pitchfork, which begin at 3.161 g: [daisy](../results/daisy.md)",
+        "one of both branches of the pitchfork, which begin at {daisy.critical_mass_bending:.3f} g: "
+        "[daisy](../results/daisy.md)",
     ),
     "edge_published": Headline(
         "the free end's place to the side, l", _side, ".4f",
@@ -192,18 +216,20 @@ HEADLINES: dict[str, Headline] = {
     ),
     "lateral_7_1": Headline(
         "the free end's place to the side, l", _side, ".4f",
-        "it has fallen over: the straight strip of this width loses stability at Gamma = 14.19 as a shell "
+        "it has fallen over: the straight strip of this width loses stability at Gamma = "
+        "{shell_lateral.critical_005:.2f} as a shell "
         "([shell_lateral](../results/shell_lateral.md)), as a Sadowsky ribbon with a free ruling half as much again "
         "later ([which model](which_model.md))",
     ),
     "limits_7_3": Headline(
         _ENERGY, _total, ".4f",
-        "the shell held at corners of 0.01 has -31.500 and 2.2 % membrane energy, with its whole edge held -32.060 and "
+        "the shell held at corners of 0.01 has -31.500 and 2.2 % membrane energy, with its whole edge held -32.060 "
+        "and "
         "1.6 %: [shell_corners](../results/shell_corners.md)",
     ),
     "moebius_6_1": Headline(
         "energy / pi^2", _by_pi, ".4f",
-        "equal segments, as in the thesis; 5.8518 with segments placed by a tolerance of 2e-5: "
+        "equal segments, as in the thesis; {moebius.energy_0p01:.4f} with segments placed by a tolerance of 2e-5: "
         "[moebius](../results/moebius.md)",
     ),
     "moebius_6_1_clamped": Headline(
@@ -211,13 +237,16 @@ HEADLINES: dict[str, Headline] = {
     ),
     "moebius_6_1_straight": Headline(
         "energy / pi^2", _by_pi, ".5f",
-        "5.87733 on these segments, 5.8518 at a tolerance of 2e-5: [moebius](../results/moebius.md)",
+        "{moebius.energy_pinned:.5f} on these segments, {moebius.energy_0p01:.4f} at a tolerance of 2e-5: "
+        "[moebius](../results/moebius.md)",
     ),
     "moebius_narrow": Headline(
-        "energy / pi^2", _by_pi, ".4f", "5.8269 at a tolerance of 2e-5: [moebius](../results/moebius.md)"
+        "energy / pi^2", _by_pi, ".4f", "{moebius.energy_0p002:.4f} at a tolerance of 2e-5: "
+        "[moebius](../results/moebius.md)"
     ),
     "moebius_wide": Headline(
-        "energy / pi^2", _by_pi, ".4f", "8.1138 at a tolerance of 2e-5: [moebius](../results/moebius.md)"
+        "energy / pi^2", _by_pi, ".4f", "{moebius.energy_0p3:.4f} at a tolerance of 2e-5: "
+        "[moebius](../results/moebius.md)"
     ),
     "moebius_table_edge": Headline(
         "height of the centre of weight over the table, l", _centre_height, ".4f",
@@ -266,12 +295,12 @@ HEADLINES: dict[str, Headline] = {
     ),
     "tape_4_1": Headline(
         "moment of the fold, N mm", _fold_moment, ".2f",
-        "96.66 of the shell, 98.897 of this section by equal areas, 96.429 of any shape: "
+        "96.66 of the shell, {tape.plateau_enriched} of this section by equal areas, 96.429 of any shape: "
         "[tape](../results/tape/README.md)",
     ),
     "tape_4_1_equal": Headline(
         "moment of the fold, N mm", _fold_moment, ".2f",
-        "56.01 of the shell, 53.850 of this section by equal areas, 53.099 of any shape: "
+        "56.01 of the shell, {tape.plateau_enriched_equal} of this section by equal areas, 53.099 of any shape: "
         "[tape](../results/tape/README.md)",
     ),
     "tape_4_2": Headline(
