@@ -58,6 +58,7 @@ NAMES = (
     "twisted_clamps",
     "roman",
     "obstacles",
+    "short_coil",
     "friction",
     "ply",
     "michell",

@@ -1,0 +1,32 @@
+"""A strip too short to go round its tube: where the kinds of contact meet, beside closed forms and shooting."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.reference import short_coil
+from tests.validation.ribbon.short_coil import apart, change, known
+
+
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_kinds_follow_each_other_where_they_are_known_to(which):
+    assert change(which, 30) == pytest.approx(known(which), abs=2e-3)
+
+
+@pytest.mark.parametrize("ratio", [2.5, 3.5, 6.2])
+def test_force_place_and_energy_beside_the_elastica(ratio):
+    place, force, energy = apart(ratio, 30)
+    assert place < 1e-4
+    assert force < 3e-3
+    assert energy < 1e-5
+
+
+def test_the_reference_passes_from_kind_to_kind_without_a_step():
+    """Its energy has the same slope in L on both sides of where a contact begins, and the force is the same."""
+    for at in (short_coil.threes(), short_coil.lines_begin()[0], short_coil.ends_meet()):
+        step = 1e-4
+        before, here, after = (short_coil.half(at + k * step) for k in (-1, 0, 1))
+        slopes = (here.energy - before.energy) / step, (after.energy - here.energy) / step
+        assert slopes[0] == pytest.approx(slopes[1], abs=5e-4)
+        assert np.isclose(before.middle, after.middle, atol=5e-3)
