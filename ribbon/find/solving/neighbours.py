@@ -2,8 +2,8 @@
 
 The first and the last case are solved alone, as `ribbon.solve` does; those between begin where the cases before them
 lead (`ribbon.solvers.chained_line`). Where that does not come to the state that the last case has alone, somewhere
-between the state that a start of its own leads to is another one, or there is none to be followed: both halves of the
-line are then gone so, each between two cases solved alone, down to a few that all go alone. The check sees every part
+between the state that a start of its own leads to is another one, or there is none to be followed: the line is then cut
+there, or into halves, and its parts are gone so, each between two cases solved alone, down to a few that go alone. The check sees every part
 along which the state changes once. It cannot see one along which it changes and changes back: what is found there is a
 stable state, the neighbours' own, and may be another than the case has alone.
 """
@@ -22,7 +22,7 @@ from ribbon.notes import Note
 from ribbon.problems.chained import ChainedProblem
 from ribbon.result import Equilibrium
 from ribbon.solvers import chained_line, newton
-from ribbon.solvers.problem import scale_of
+from ribbon.solvers.problem import NEWTON, scale_of
 
 FloatArray = NDArray[np.float64]
 
@@ -36,7 +36,8 @@ _follow: Any = chained_line.follow
 @dataclass(frozen=True)
 class Neighbours:
     """States along a line of k cases. alone: those that were solved so, by their place; numbers (k, NUMBERS): of the
-    others, by the places of `ribbon.solvers.chained_line`; x (k, n): unknowns."""
+    others, by the places of `ribbon.solvers.chained_line`, and of some of `alone` as their neighbours lead to them, else
+    NaN; x (k, n): unknowns."""
 
     alone: dict[int, Equilibrium]
     numbers: FloatArray
@@ -68,7 +69,7 @@ def along(
     problem = ends[0].problem
     if not (isinstance(problem, ChainedProblem) and follows(problem) and follows(ends[last].problem)):
         return None
-    x, numbers = np.zeros((last + 1, problem.size)), np.zeros((last + 1, chained_line.NUMBERS))
+    x, numbers = np.zeros((last + 1, problem.size)), np.full((last + 1, chained_line.NUMBERS), np.nan)
     scale = np.array([scale_of(g + k * k) for g, k in zip(gamma.tolist(), curvature.tolist(), strict=True)])
     line = _Line(problem, chained_line.Line(gamma, curvature, scale), x, numbers, ends, solved)
     line.go(0, last)
@@ -88,28 +89,43 @@ class _Line:
 
     def go(self, begin: int, end: int) -> None:
         """Finds the cases between two that were solved alone: from the first on, where that leads to the last one; else
-        half by half."""
+        up to where it leads, or half by half."""
         if end - begin <= FEWEST:
             between = range(begin + 1, end)
             self.alone |= zip(between, self.solved(between) if between else (), strict=True)
-        elif not (is_plain(self.alone[begin]) and is_plain(self.alone[end]) and self._followed(begin, end)):
-            middle = (begin + end) // 2
-            self.alone[middle] = self.solved([middle])[0]
-            self.go(begin, middle)
-            self.go(middle, end)
+            return
+        fit = _is_followed(self.alone[begin]) and _is_followed(self.alone[end])
+        came = self._followed(begin, end) if fit else None
+        if came is None or (came > end and not _alike(self.alone[end], self.x[end])):
+            place = (begin + end) // 2
+        elif came > end:
+            return
+        else:  # the case before it is its own check; what cannot be followed goes alone
+            place = came - 1 if came - 1 > begin + FEWEST else begin + FEWEST
+        self.alone[place] = self.solved([place])[0]
+        self.go(begin, place)
+        self.go(place, end)
 
-    def _followed(self, begin: int, end: int) -> bool:
-        """Goes from one case to another; whether it comes to the state that that has alone."""
+    def _followed(self, begin: int, end: int) -> int:
+        """Goes from one case to another; the number of the first case that it did not come to."""
         state, clamp = self.alone[begin], self.problem.clamp
         exact = (newton.TOLERANCE, newton.EXACT * newton.TOLERANCE)
         position = np.asarray(clamp.position) / self.problem.strip.length
         x, numbers = self.x[: end + 1], self.numbers[: end + 1]
+        numbers[begin + 1 :] = np.nan
         x[begin], numbers[begin, chained_line.LOWEST] = state.x, state.lowest_eigenvalue
-        came = _follow(
-            x, begin + 1, begin, state.mode.copy(), self.own, *newton.arguments(self.problem), exact, coarse.TURNED,
-            position, numbers,
+        return int(
+            _follow(
+                x, begin + 1, begin, state.mode.copy(), self.own, *newton.arguments(self.problem), exact,
+                coarse.TURNED, position, numbers,
+            )
         )  # fmt: skip
-        return bool(came > end and _alike(self.alone[end], x[end]))
+
+
+def _is_followed(state: Equilibrium) -> bool:
+    """Whether neighbours may begin at a state: a clear minimum, found by Newton's method at once, of which nothing
+    else is to be said."""
+    return is_plain(state) and state.solver == NEWTON and not state.notes and state.minima is None
 
 
 def _alike(state: Equilibrium, x: FloatArray) -> bool:
