@@ -30,6 +30,7 @@ NAMES = (
     "newton_glued",
     "batches",
     "million",
+    "lines",
     "placed",
     "judge",
     "hp",

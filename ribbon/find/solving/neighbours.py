@@ -17,12 +17,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.element import kernel_cache
 from ribbon.find.solving import coarse
 from ribbon.notes import Note
 from ribbon.problems.chained import ChainedProblem
 from ribbon.result import Equilibrium
-from ribbon.solvers import chained_line, newton
+from ribbon.solvers import newton
 from ribbon.solvers.problem import NEWTON, scale_of
+
+with kernel_cache.in_use():
+    from ribbon.solvers import chained_line
 
 FloatArray = NDArray[np.float64]
 
