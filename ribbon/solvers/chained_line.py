@@ -165,6 +165,7 @@ def follow(x, begin, first, mode, line, lengths, material, loads, bounds, exact,
     y, gradient, below, above = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     state, none, q, parts = np.empty(chained_newton.STATE), np.zeros(n), np.empty((p, 4)), np.empty(3)
     held = bounds.lower == bounds.upper
+    most = np.int64(_MOST)  # no constant: `descend` would be compiled once more for it
     work = np.empty((p, fields, fields + 3)), np.empty((p, fields, fields)), np.empty((fields, fields))
     for i in range(begin, x.shape[0]):
         stuff = _material(line.curvature[i], material)
@@ -173,9 +174,7 @@ def follow(x, begin, first, mode, line, lengths, material, loads, bounds, exact,
         _extrapolated(x, first, i, y)
         below[:] = above[:] = 0.0
         _begun(y, q, lengths, stuff, load, bounds, state, parts)
-        chained_newton.descend(
-            y, lengths, stuff, load, bounds, tolerances, _MOST, state, gradient, below, above, own
-        )  # fmt: skip
+        chained_newton.descend(y, lengths, stuff, load, bounds, tolerances, most, state, gradient, below, above, own)
         if not _at_rest(y, state, bounds, tolerances[0]):
             return i
         kernels.unpack(y, lengths, q)

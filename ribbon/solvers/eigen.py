@@ -88,7 +88,7 @@ def nearby(guess, lengths, local, coupled, u, v, none, held, gains, inverses, fi
     """As `lowest`, from a guess of the eigenvalue and of its mode (n,), and whether that is sure: no eigenvalue lies
     clearly below what was found."""
     low = guess - _AROUND * abs(guess)
-    if not _count(low, lengths, local, coupled, u, v, none, held, gains, inverses, first) == 0:
+    if _count(low, lengths, local, coupled, u, v, none, held, gains, inverses, first) > 0:
         return np.nan, False
     found, converged = _iterated(low, lengths, local, coupled, u, v, none, held, gains, inverses, first, mode)
     if not converged:

@@ -3,6 +3,7 @@ the journal, so that the process that hands them out has next to nothing to do f
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import pickle
 from collections.abc import Sequence
@@ -57,23 +58,10 @@ class Stretch:
         """Solves the cases: along lines where neighbours can be begun at each other's states, else those that fit
         together at once."""
         sweep, grid, _ = _sweep(self.given)
-        points: dict[int, Point] = {}
-        ends: dict[int, Record] = {}
-        rows: dict[int, Row] = {}
-        if self.tries < TRIES and by_lines(self.given):
-            task = self._task(sweep, grid.scene)
-            for line in dict.fromkeys(line_with(grid, number) for number in self.numbers):
-                found = gone(task, grid, _quick(self.given), line)
-                if found is not None:
-                    points |= found.points
-                    ends |= {n: end for n, end in found.records.items() if n in self.numbers}
-                    rows |= {n: row for n, row in found.rows.items() if n in self.numbers}
-                    ends |= {n: {**_FOLLOWED, "seconds": found.seconds} for n in found.rows if n in self.numbers}
+        points, ends, rows = self._along() if self.tries < TRIES and by_lines(self.given) else ({}, {}, {})
         rest = [number for number in self.numbers if number not in ends]
-        try:
+        with contextlib.suppress(BadInput):
             points |= {point.number: point for point in _quick(self.given).points(rest) or ()} if rest else {}
-        except BadInput:
-            pass
         groups: dict[object, list[int]] = {}
         for number in rest:
             if number not in points:
@@ -89,6 +77,23 @@ class Stretch:
             tasks = [replace(self._task(sweep, points[n].scene), slice=None if alone else 0) for n in members]
             ends |= zip(members, _records(tasks), strict=True)
         return self._chunk(points, ends, rows)
+
+    def _along(self) -> tuple[dict[int, Point], dict[int, Record], dict[int, Row]]:
+        """Of the cases of lines that can be gone: points of those that were solved alone, ends of all, rows of those
+        that were begun at their neighbours' states."""
+        sweep, grid, _ = _sweep(self.given)
+        task, own = self._task(sweep, grid.scene), set(self.numbers)
+        points: dict[int, Point] = {}
+        ends: dict[int, Record] = {}
+        rows: dict[int, Row] = {}
+        for line in dict.fromkeys(line_with(grid, number) for number in self.numbers):
+            found = gone(task, grid, _quick(self.given), line)
+            if found is not None:
+                points |= found.points
+                rows |= {number: row for number, row in found.rows.items() if number in own}
+                ends |= {number: end for number, end in found.records.items() if number in own}
+                ends |= {number: {**_FOLLOWED, "seconds": found.seconds} for number in found.rows if number in own}
+        return points, ends, rows
 
     def _task(self, sweep: Sweep, scene: Scene) -> Task:
         return Task("", scene, sweep.solver, sweep.errors, sweep.leave_saddle, self.folder, shapes=sweep.shapes)

@@ -3,9 +3,9 @@
 The first and the last case are solved alone, as `ribbon.solve` does; those between begin where the cases before them
 lead (`ribbon.solvers.chained_line`). Where that does not come to the state that the last case has alone, somewhere
 between the state that a start of its own leads to is another one, or there is none to be followed: the line is then cut
-there, or into halves, and its parts are gone so, each between two cases solved alone, down to a few that go alone. The check sees every part
-along which the state changes once. It cannot see one along which it changes and changes back: what is found there is a
-stable state, the neighbours' own, and may be another than the case has alone.
+there, or into halves, and its parts are gone so, each between two cases solved alone, down to a few that go alone. The
+check sees every part along which the state changes once. It cannot see one along which it changes and changes back:
+what is found there is a stable state, the neighbours' own, and may be another than the case has alone.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ _follow: Any = chained_line.follow
 @dataclass(frozen=True)
 class Neighbours:
     """States along a line of k cases. alone: those that were solved so, by their place; numbers (k, NUMBERS): of the
-    others, by the places of `ribbon.solvers.chained_line`, and of some of `alone` as their neighbours lead to them, else
-    NaN; x (k, n): unknowns."""
+    others, by the places of `ribbon.solvers.chained_line`, and of some of `alone`, as their neighbours lead to them,
+    else NaN; x (k, n): unknowns."""
 
     alone: dict[int, Equilibrium]
     numbers: FloatArray
@@ -106,6 +106,7 @@ class _Line:
             return
         else:  # the case before it is its own check; what cannot be followed goes alone
             place = came - 1 if came - 1 > begin + FEWEST else begin + FEWEST
+        self.numbers[begin + 1 : end + 1] = np.nan
         self.alone[place] = self.solved([place])[0]
         self.go(begin, place)
         self.go(place, end)
@@ -116,7 +117,6 @@ class _Line:
         exact = (newton.TOLERANCE, newton.EXACT * newton.TOLERANCE)
         position = np.asarray(clamp.position) / self.problem.strip.length
         x, numbers = self.x[: end + 1], self.numbers[: end + 1]
-        numbers[begin + 1 :] = np.nan
         x[begin], numbers[begin, chained_line.LOWEST] = state.x, state.lowest_eigenvalue
         return int(
             _follow(

@@ -93,7 +93,7 @@ def test_shards_take_whole_blocks_of_a_great_grid(monkeypatch):
     for many in (1000, 0):
         monkeypatch.setattr(stream, "MANY", many)
         shards = [list(stream.cases_of(sweep, grid, Shard(k, 3))) for k in (1, 2, 3)]
-        assert sorted(sum(shards, [])) == list(range(90))
+        assert sorted(number for shard in shards for number in shard) == list(range(90))
         cut = [{n for n in shard if n < lines.BLOCK} for shard in shards]
         assert (sum(map(bool, cut)) == 1) == (many == 0)
     assert list(stream.cases_of(sweep, grid, Shard())) == list(range(90))

@@ -1,5 +1,5 @@
-"""Cases of sweeps that begin at their neighbours' states, beside the same cases alone: rows that differ, and what either
-takes, block by block in turns (results/lines.md)."""
+"""Cases of sweeps that begin at their neighbours' states, beside the same cases alone: rows that differ, and what they
+take either way, block by block in turns (results/lines.md)."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ _LEANING = {"model.elements": 40, "gravity.up": [0.6, 0.0, 0.8]}
 HARDER: dict[str, tuple[dict[str, Any], tuple[str, str]]] = {
     "Gamma to 1e4": (_LEANING, ("strip.gamma=log(1000,1e4,40)", "strip.natural_curvature=-10:10:1000")),
     "K l to 40": (_LEANING, ("strip.gamma=log(10,1e4,40)", "strip.natural_curvature=-40:40:1000")),
-    "w / l = 0.25": ({**_LEANING, "strip.width": 0.25}, ("strip.gamma=log(1,1000,40)", "strip.natural_curvature=-10:10:1000")),
+    "w / l = 0.25": ({**_LEANING, "strip.width": 0.25},
+                     ("strip.gamma=log(1,1000,40)", "strip.natural_curvature=-10:10:1000")),
     "clamp turned and moved": (
         {**_LEANING, "clamp.start.position": [0.3, -0.2, 0.5], "clamp.start.tangent": [0.8, 0.0, -0.6],
          "clamp.start.normal": [0.36, 0.8, 0.48]},
