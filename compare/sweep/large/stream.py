@@ -16,7 +16,7 @@ from compare.store.progress import Reporter
 from compare.studies.axes import Grid, at_point
 from compare.sweep.file import Sweep
 from compare.sweep.journal import Growing
-from compare.sweep.large import parts
+from compare.sweep.large import parts, stretch
 from compare.sweep.large.aside import Aside, aside
 from compare.sweep.large.columns import fields_of
 from compare.sweep.large.join import join
@@ -81,7 +81,7 @@ def layout_of(sweep: Sweep, grid: Grid) -> Layout:
     """The table of a sweep."""
     units = None if any(key.startswith("strip.") for key in sweep.keys) else sweep.scene.units
     told = None if units is None else {**units.to_dict(), "known": units.known}
-    key = sweep_key(sweep, grid, software_digest(sweep.solver))
+    key = sweep_key(sweep, grid, software_digest(sweep.solver, stretch.__name__))
     return Layout(key, sweep.name, sweep.title, sweep.solver, fields_of(sweep, grid), told, sweep.shapes)
 
 

@@ -1,11 +1,12 @@
 """Strips held at s = 0 only that differ by little from one to the next in Gamma and natural curvature, along a line.
 
 The first and the last case are solved alone, as `ribbon.solve` does; those between begin where the cases before them
-lead (`ribbon.solvers.chained_line`). Where that does not come to the state that the last case has alone, somewhere
-between the state that a start of its own leads to is another one, or there is none to be followed: the line is then cut
-there, or into halves, and its parts are gone so, each between two cases solved alone, down to a few that go alone. The
-check sees every part along which the state changes once. It cannot see one along which it changes and changes back:
-what is found there is a stable state, the neighbours' own, and may be another than the case has alone.
+lead (docs/theory.md, eq. (4.11); `ribbon.solvers.chained_line`). Where that does not come to the state that the last
+case has alone, somewhere between the state that a start of its own leads to is another one, or there is none to be
+followed: the line is then cut there, or into halves, and its parts are gone so, each between two cases solved alone,
+down to a few that go alone. The check sees every part along which the state changes once. It cannot see one along which
+it changes and changes back: what is found there is a stable state, the neighbours' own, and may be another than the
+case has alone.
 """
 
 from __future__ import annotations
