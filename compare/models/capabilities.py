@@ -381,3 +381,24 @@ class Batches(Protocol):
     def solve_together(self, scenes: Sequence[Scene]) -> list[State]:
         """States of scenes with the same `together`, each as `Model.solve` finds it, to the last digit. Whatever it
         raises of one of them, it raises for all."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """States of neighbouring scenes. alone: of those that were solved alone, by their place; numbers: the others', of
+    every place by the names of a sweep's columns, NaN where they are not known."""
+
+    alone: Mapping[int, State]
+    numbers: Mapping[str, FloatArray]
+
+
+@runtime_checkable
+class Lines(Protocol):
+    """A model that can begin scenes at the states of their neighbours; a model need not."""
+
+    def solve_line(
+        self, gamma: FloatArray, curvature: FloatArray, solved: Callable[[Sequence[int]], Sequence[State]]
+    ) -> Line | None:
+        """States of scenes that differ in Gamma (k,) and natural curvature K l (k,) alone, by little from one to the
+        next; solved: the states of some (places) alone. Each is what it is alone, to the tolerance of the solver, as
+        far as the solver can tell. None: there is no such way for them."""

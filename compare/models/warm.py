@@ -1,24 +1,24 @@
 """What a first solve compiles, compiled beforehand: the ribbon's kernels, and the shell's forms where it is installed.
 
 Every kind of ribbon is solved once on a few elements, since a kernel is compiled when it is first called: held at one
-end and at both, closed, at a wall, both energies, by Ipopt, as a batch, weight over the surface, derivatives,
-errors, the estimate of `limits`.
+end and at both, closed, at a wall, both energies, by Ipopt, as a batch and as a line of neighbours, weight over the
+surface, derivatives, errors, the estimate of `limits`.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from compare import registry
-from compare.models.base import Model, Options
-from compare.models.capabilities import Batches, Differentiates, Estimates, FloatArray, Moves
+from compare.models.base import Model, Options, State
+from compare.models.capabilities import Batches, Differentiates, Estimates, FloatArray, Lines, Moves
 from compare.models.timing import compiled
-from compare.scene.scene import load
+from compare.scene.scene import Scene, load
 from compare.store.progress import Reporter
 from ribbonbench.errors import Missing, RibbonbenchError
 
@@ -63,6 +63,18 @@ def _places(moves: Moves) -> dict[str, FloatArray]:
     return moves.position(np.linspace(0.0, 1.0, 201))
 
 
+def _line(found: Batches, scene: Scene) -> None:
+    """Solves a line of neighbours."""
+    curvature = scene.curvature[0] + np.linspace(0.0, 0.1, 9)  # type: ignore[operator]
+
+    def solved(places: Sequence[int]) -> list[State]:
+        keys = [{"strip.natural_curvature": float(curvature[place]) / scene.strip.length} for place in places]
+        return found.solve_together([scene.replace(one) for one in keys])
+
+    if isinstance(found, Lines):
+        found.solve_line(np.full(curvature.size, scene.gamma), curvature, solved)
+
+
 def ribbons(say: Reporter | None = None) -> None:
     """Solves the kinds of ribbons; what comes of them is nobody's concern."""
     found: Model = registry.model(registry.USUAL)
@@ -73,6 +85,7 @@ def ribbons(say: Reporter | None = None) -> None:
             state.shape.fields(np.linspace(0.0, 1.0, 5), scene.width * np.linspace(-0.5, 0.5, 3))
         if isinstance(found, Batches) and found.together(scene) is not None:
             found.solve_together([scene])
+            _line(found, scene)
         if name == BESIDE and not keys:
             if isinstance(found, Estimates):
                 found.estimate(scene, state, 100.0, say)

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from compare.models import RICHEST, model
+from compare.models.capabilities import Batches
 from compare.page.remedies import message
 from compare.scene.scene import Scene
 from compare.store.provenance import now
@@ -25,7 +26,6 @@ from ribbonbench.errors import BadInput, Missing, RibbonbenchError
 
 if TYPE_CHECKING:
     from compare.models.base import State
-    from compare.models.capabilities import Batches
 
 Record = dict[str, Any]
 
@@ -68,8 +68,6 @@ def slice_key(task: Task) -> Hashable | None:
 @functools.cache
 def _batches(solver: str) -> Batches | None:
     """The model of this name, where it takes cases together."""
-    from compare.models.capabilities import Batches
-
     requested = model(solver)
     return requested if isinstance(requested, Batches) else None
 
@@ -85,23 +83,37 @@ def run_cases(tasks: Sequence[Task]) -> list[Record]:
         return [run_case(task) for task in tasks]
     clock = time.perf_counter()
     try:
-        requested = model(tasks[0].solver)
-        if any(requested.refusal(task.scene) is not None for task in tasks):
-            return [run_case(task) for task in tasks]
-        states = requested.solve_together([task.scene for task in tasks])
+        states = states_of(tasks)
         rows = [row_of(task.scene, state) for task, state in zip(tasks, states, strict=True)]
     except Exception:
         return [run_case(task) for task in tasks]
     own = [0.0 if state.seconds is None else state.seconds.first for state in states]
     share = max(0.0, time.perf_counter() - clock - sum(own)) / len(tasks)
-    made = now()
     return [
-        run_case(task) if state.stable is False and task.leave_saddle is None else {
-            "status": worst([row]), "message": message(state), "rows": [row], "together": True,
-            "seconds": seconds + share, "time": made, **_shapes(task, [state]),
-        }
+        recorded(task, row, state, seconds + share)
         for task, row, state, seconds in zip(tasks, rows, states, own, strict=True)
-    ]  # fmt: skip
+    ]
+
+
+def states_of(tasks: Sequence[Task]) -> list[State]:
+    """The states of cases that are solved together. Raises whatever is wrong with one of them."""
+    requested = model(tasks[0].solver)
+    for task in tasks:
+        refused = requested.refusal(task.scene)
+        if refused is not None:
+            raise refused
+    assert isinstance(requested, Batches)
+    return requested.solve_together([task.scene for task in tasks])
+
+
+def recorded(task: Task, row: Row, state: State, seconds: float) -> Record:
+    """The record of a case that was solved together with others; a saddle goes again alone, where it is left."""
+    if state.stable is False and task.leave_saddle is None:
+        return run_case(task)
+    return {
+        "status": worst([row]), "message": message(state), "rows": [row], "together": True, "seconds": seconds,
+        "time": now(), **_shapes(task, [state]),
+    }  # fmt: skip
 
 
 def run_case(task: Task, answer: Callable[[Task], Record] | None = None) -> Record:

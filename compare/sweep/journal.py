@@ -30,10 +30,18 @@ _FORCED = 1.0  # s between two fsyncs
 _DIGITS = 16  # hexadecimal digits of a line's checksum
 
 
-def line_of(value: Mapping[str, Any]) -> bytes:
-    """A line with its checksum."""
-    text = json.dumps(jsonable(value), separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+def line_of(value: Mapping[str, Any], ready: bool = False) -> bytes:
+    """A line with its checksum; ready: the value is of dicts, lists and Python's own values alone, but for numbers that
+    are not finite."""
+    try:
+        text = _text(value if ready else jsonable(value))
+    except ValueError:
+        text = _text(jsonable(value))
     return f"{_sum(text)} {text}\n".encode("ascii")
+
+
+def _text(value: Any) -> str:
+    return json.dumps(value, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
 
 
 def _sum(text: str) -> str:

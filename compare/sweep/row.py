@@ -7,10 +7,12 @@ the others.
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from compare.measure.load_curve import LoadPoint
 from compare.models.base import State
@@ -22,6 +24,7 @@ from compare.record.views import row_of as cells_of
 from compare.scene.scene import Scene
 
 Row = dict[str, Any]
+FloatArray = NDArray[np.float64]
 
 #: Where a strip that may rest in several ways is compared with its neighbours in the grid, besides middle and end.
 _QUARTERS = (0.25, 0.75)
@@ -35,10 +38,16 @@ def _reach(a: Answered) -> Any:
     scene, end = a.scene, a.state.end
     if end is None or scene.up is None or scene.start_position is None or scene.end_position is not None:
         return ABSENT
-    path = end.position - scene.start_position
-    drop = -float(path @ scene.up)
-    across = float(np.linalg.norm(path + drop * scene.up))
-    return drop / across if across > 0.0 else ABSENT
+    found = float(reach(end.position - scene.start_position, scene.up))
+    return found if math.isfinite(found) else ABSENT
+
+
+def reach(path: FloatArray, up: FloatArray) -> FloatArray:
+    """y / x of the ways (..., 3) from the start to the free end; not finite where there is nothing across."""
+    drop = -(path @ up)
+    across = np.linalg.norm(path + drop[..., None] * up, axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(drop / across)
 
 
 #: What a row holds of a state that result.json says in other words.

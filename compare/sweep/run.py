@@ -66,12 +66,12 @@ def check_point(sweep: Sweep, point: Point) -> None:
         check_price(scene)
 
 
-def software_digest(solver: str) -> str:
-    """What stands for versions and sources in a case's key: of the solver, and of what makes a record of its answer; a
-    comparison may ask any model."""
+def software_digest(solver: str, *more: str) -> str:
+    """What stands for versions and sources in a case's key: of the solver, of what makes a record of its answer, and of
+    `more` modules; a comparison may ask any model."""
     record = "compare.sweep.pair" if solver == COMPARE else "compare.sweep.case"
     requested = names() if solver == COMPARE else (solver,)
-    return case_key(software(*sorted({record, *map(home, requested)})))
+    return case_key(software(*sorted({record, *more, *map(home, requested)})))
 
 
 def key_of(sweep: Sweep, point: Point, digest: str) -> str:

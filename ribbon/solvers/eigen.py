@@ -16,6 +16,8 @@ _STEPS = 100
 _SAME = 1e-12
 #: Steps after which the shift goes nearer to the eigenvalue, and to which part of its distance; how often at most.
 _PATIENT, _NEARER, _SHIFTS = 6, 0.02, 8
+#: How far below a guess of the eigenvalue the iteration begins, and below what was found none may lie, over its size.
+_AROUND, _BELOW = 0.1, 1e-6
 
 
 @njit(cache=True)
@@ -75,13 +77,33 @@ def bracket(lengths, local, coupled, u, v, none, held, gains, inverses, first):
 def lowest(low, lengths, local, coupled, u, v, none, held, gains, inverses, first, mode):
     """The lowest eigenvalue by inverse iteration from `low` (`bracket`), and whether it converged; `mode` (n,), filled
     with its mode, of unit length in the metric where it did."""
+    _count(low, lengths, local, coupled, u, v, none, held, gains, inverses, first)
+    for i in range(held.size):
+        mode[i] = 0.0 if held[i] else 1.0 + (i * 0.6180339887498949) % 1.0
+    return _iterated(low, lengths, local, coupled, u, v, none, held, gains, inverses, first, mode)
+
+
+@njit(cache=True, nogil=True)
+def nearby(guess, lengths, local, coupled, u, v, none, held, gains, inverses, first, mode):
+    """As `lowest`, from a guess of the eigenvalue and of its mode (n,), and whether that is sure: no eigenvalue lies
+    clearly below what was found."""
+    low = guess - _AROUND * abs(guess)
+    if _count(low, lengths, local, coupled, u, v, none, held, gains, inverses, first) > 0:
+        return np.nan, False
+    found, converged = _iterated(low, lengths, local, coupled, u, v, none, held, gains, inverses, first, mode)
+    if not converged:
+        return found, False
+    below = found - _BELOW * max(abs(found), 1e-3)
+    return found, _count(below, lengths, local, coupled, u, v, none, held, gains, inverses, first) == 0
+
+
+@njit(cache=True, nogil=True)
+def _iterated(low, lengths, local, coupled, u, v, none, held, gains, inverses, first, mode):
+    """Inverse iteration by the factors at `low` from the `mode` (n,) given."""
     n = held.size
     fields = inverses.shape[1]
     right = np.empty(n)
     turned = np.empty(3)
-    _count(low, lengths, local, coupled, u, v, none, held, gains, inverses, first)
-    for i in range(n):
-        mode[i] = 0.0 if held[i] else 1.0 + (i * 0.6180339887498949) % 1.0
     found = before = np.nan
     shifts = 0
     for step in range(_STEPS):

@@ -173,7 +173,12 @@ def force_scale(problem: SmoothProblem) -> float:
         return 1.0
     slack = slack_of(problem)
     pull = 0.0 if slack is None else strip.gamma / math.sqrt(24.0 * slack)
-    return max(1.0, _FORCES * (strip.gamma + pull + max(k * k for k in law.values(strip.curvature))))
+    return scale_of(strip.gamma + pull + max(k * k for k in law.values(strip.curvature)))
+
+
+def scale_of(forces: float) -> float:
+    """The unit of the residual of a strip of this Gamma + K^2."""
+    return max(1.0, _FORCES * forces)
 
 
 def row_scale(problem: SmoothProblem) -> float:

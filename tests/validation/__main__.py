@@ -31,6 +31,7 @@ NAMES = (
     "newton_glued",
     "batches",
     "million",
+    "lines",
     "placed",
     "judge",
     "hp",

@@ -30,7 +30,7 @@ from compare.models.quantities.ribbon import QUANTITIES
 from compare.models.reference import cut
 from compare.models.ribbon import neutral
 from compare.models.ribbon.refinement import judged, left, refined
-from compare.models.ribbon.solving import solved, solved_together, together
+from compare.models.ribbon.solving import solved, solved_line, solved_together, together
 from compare.models.ribbon.state import own_size, state_of
 from compare.models.scope import beyond_the_ribbon
 from compare.models.timing import compiling
@@ -38,7 +38,7 @@ from compare.registry import name_for
 from ribbonbench.errors import BadInput
 
 if TYPE_CHECKING:
-    from compare.models.capabilities import BranchStart, Estimate, Followed, Moves, Priced
+    from compare.models.capabilities import BranchStart, Estimate, Followed, Line, Moves, Priced
     from compare.models.ribbon.rivals import Probed
     from compare.models.ribbon.stages import LoadPath
     from compare.scene.scene import Scene
@@ -111,6 +111,12 @@ class RibbonModel(Model):
     def solve_together(self, scenes: Sequence[Scene]) -> list[State]:
         """One batch, without what is made ready for a scene alone."""
         return solved_together(scenes)
+
+    def solve_line(
+        self, gamma: FloatArray, curvature: FloatArray, solved: Callable[[Sequence[int]], Sequence[State]]
+    ) -> Line | None:
+        """Each between two solved alone begun at its neighbours' states."""
+        return solved_line(gamma, curvature, solved)
 
     def ladders(self, scene: Scene) -> tuple[Ladder, ...]:
         """Chained, glued, and with segments placed by a tolerance."""

@@ -6,10 +6,13 @@ import contextlib
 from collections.abc import Callable, Hashable, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from compare.models.base import Options, Seconds, State
 from compare.models.timing import clocked, repeated
 
 if TYPE_CHECKING:
+    from compare.models.capabilities import FloatArray, Line
     from compare.models.ribbon.stages import LoadPath
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
@@ -91,3 +94,41 @@ def solved_together(scenes: Sequence[Scene]) -> list[State]:
         state_of(scene, found, own_size(found), Seconds(sum(found.seconds.values())))
         for scene, found in zip(scenes, many.found, strict=True)
     ]
+
+
+def solved_line(
+    gamma: FloatArray, curvature: FloatArray, solved: Callable[[Sequence[int]], Sequence[State]]
+) -> Line | None:
+    """As `compare.models.capabilities.Lines`: `ribbon.find.solving.neighbours`."""
+    from compare.models.capabilities import Line
+    from ribbon.find.solving import neighbours
+
+    alone: dict[int, State] = {}
+
+    def native(places: Sequence[int]) -> list[Equilibrium]:
+        states = solved(places)
+        alone.update(zip(places, states, strict=True))
+        return [state.native for state in states]
+
+    found = neighbours.along(gamma, curvature, native)
+    if found is None:
+        return None
+    return Line(alone, _columns(found.numbers, gamma, np.asarray(alone[0].native.problem.gravity.up)))
+
+
+def _columns(numbers: FloatArray, gamma: FloatArray, up: FloatArray) -> dict[str, FloatArray]:
+    """The numbers (k, NUMBERS) of a line by the names of a sweep's columns; the clamp carries the weight Gamma up."""
+    from ribbon.solvers import chained_line as at
+
+    elastic, weight = numbers[:, at.BENDING] + numbers[:, at.NATURAL], gamma[:, None] * up
+    found = {
+        "residual": numbers[:, at.REST], "iterations": numbers[:, at.STEPS],
+        "lowest_eigenvalue": numbers[:, at.LOWEST], "max_abs_eta": numbers[:, at.STEEPEST],
+        "energy.elastic": elastic, "energy.gravity": numbers[:, at.WEIGHT],
+        "energy.total": elastic + numbers[:, at.WEIGHT],
+    }  # fmt: skip
+    moment = np.cross(numbers[:, at.MOMENT : at.MOMENT + 3], weight)
+    vectors = {"end": numbers[:, at.END :], "middle": numbers[:, at.MIDDLE :], "force.start": weight}
+    for name, vector in {**vectors, "moment.start": moment}.items():
+        found |= {f"{name}.{axis}": vector[:, k] for k, axis in enumerate("xyz")}
+    return found

@@ -28,15 +28,35 @@ class Quick:
         self._base = grid.point(0).scene if self._able else grid.scene  # with the keys that every point has
         self._read: dict[tuple[str, float], Scene] = {}
 
-    def points(self, numbers: Sequence[int]) -> list[Point] | None:
-        """The points of these numbers; None where they have to be read one by one."""
+    def points(self, numbers: Sequence[int], check: bool = True) -> list[Point] | None:
+        """The points of these numbers; None where they have to be read one by one. check: whether the strict way is
+        gone, too, for the first and the last."""
         if not self._able:
             return None
         values = [self.grid.values(number) for number in numbers]
         if not all(type(value) in (int, float) for one in values for value in one.values()):
             return None
         found = [Point(number, one, self._scene(one)) for number, one in zip(numbers, values, strict=True)]
-        return found if self.checked(found) else None
+        return found if not check or self.checked(found) else None
+
+    @property
+    def able(self) -> bool:
+        """Whether the varied keys allow it."""
+        return self._able
+
+    def given(self, numbers: Sequence[int]) -> tuple[list[float], list[float]] | None:
+        """Gamma and natural curvature K l of these points, without their scenes; None where one of them is no constant
+        number."""
+        every = [self.grid.values(number) for number in numbers]
+        gamma = [self._of(values, "strip.gamma").gamma for values in every]
+        curled = [self._of(values, "strip.natural_curvature").curvature for values in every]
+        if any(len(set(one)) != 1 for one in curled):
+            return None
+        return gamma, [float(one[0]) for one in curled]  # type: ignore[arg-type]
+
+    def _of(self, values: dict[str, float], key: str) -> Scene:
+        """A scene with the value of this key at a point."""
+        return self._one(key, values[key]) if key in values else self._base
 
     def checked(self, found: Sequence[Point]) -> bool:
         """Whether the first and the last of them are what the strict way reads."""

@@ -16,13 +16,14 @@ from compare.store.progress import Reporter
 from compare.studies.axes import Grid, at_point
 from compare.sweep.file import Sweep
 from compare.sweep.journal import Growing
-from compare.sweep.large import parts
+from compare.sweep.large import parts, stretch
 from compare.sweep.large.aside import Aside, aside
 from compare.sweep.large.columns import fields_of
 from compare.sweep.large.join import join
+from compare.sweep.large.lines import BLOCK, goes_by_lines
 from compare.sweep.large.meanwhile import Meanwhile
 from compare.sweep.large.parts import Layout, Stock
-from compare.sweep.large.stretch import TOGETHER, Chunk, Stretch, given
+from compare.sweep.large.stretch import TOGETHER, Chunk, Stretch, by_lines, given
 from compare.sweep.run import check_point, progress, software_digest
 from compare.sweep.shard import IDENTITY, Identity, Shard, identity_of, sweep_key
 from compare.sweep.shard import joinable as joinable_shards
@@ -31,6 +32,8 @@ from ribbonbench.errors import BadInput
 
 #: Cases of a grid above which its table is in parts; and at most.
 LARGE, MOST = 100_000, 1_000_000_000
+#: Blocks of lines for each shard from which on shards take whole ones.
+MANY = 16
 #: Points of a grid that are looked at before anything runs, besides every value of every axis.
 LOOKED_AT = 200
 CSV, PARQUET = "csv", "parquet"
@@ -61,11 +64,24 @@ def _looked_at(grid: Grid) -> set[int]:
     return found
 
 
+def cases_of(sweep: Sweep, grid: Grid, shard: Shard) -> Iterator[int]:
+    """The cases of a shard, in order: by the values of each; of a great grid whose cases begin at their neighbours'
+    states whole blocks, by the values of their first case."""
+    if shard.whole:
+        yield from range(len(grid))
+    elif goes_by_lines(sweep, grid) and len(grid) >= MANY * BLOCK * shard.of:
+        for first in range(0, len(grid), BLOCK):
+            if shard.takes(grid.values(first)):
+                yield from range(first, min(first + BLOCK, len(grid)))
+    else:
+        yield from (number for number in range(len(grid)) if shard.takes(grid.values(number)))
+
+
 def layout_of(sweep: Sweep, grid: Grid) -> Layout:
     """The table of a sweep."""
     units = None if any(key.startswith("strip.") for key in sweep.keys) else sweep.scene.units
     told = None if units is None else {**units.to_dict(), "known": units.known}
-    key = sweep_key(sweep, grid, software_digest(sweep.solver))
+    key = sweep_key(sweep, grid, software_digest(sweep.solver, stretch.__name__))
     return Layout(key, sweep.name, sweep.title, sweep.solver, fields_of(sweep, grid), told, sweep.shapes)
 
 
@@ -106,7 +122,7 @@ class _Run:
 
     def blocks(self) -> Iterator[tuple[int, list[int]]]:
         """The cases of each part: `rows` of them, of the last one up to twice as many less one."""
-        own = (n for n in range(len(self.grid)) if self.shard.whole or self.shard.takes(self.grid.values(n)))
+        own = cases_of(self.sweep, self.grid, self.shard)
         block, waiting = 0, list(itertools.islice(own, self.rows))
         while waiting:
             more = list(itertools.islice(own, self.rows))
@@ -124,10 +140,20 @@ class _Run:
             todo = self._todo(block, numbers)
             self.kept += len(numbers) - len(todo)
             self.left[block] = len(todo)
-            for first in range(0, len(todo), TOGETHER):
-                yield Stretch(block, tuple(todo[first : first + TOGETHER]), packed, folder)
+            for together in self._together(todo, by_lines(packed)):
+                yield Stretch(block, together, packed, folder)
             self.handed.add(block)
             self._look(block)
+
+    @staticmethod
+    def _together(todo: list[int], lines: bool) -> Iterator[tuple[int, ...]]:
+        """What goes to a worker at once: so many, or what is of one block of lines."""
+        if lines:
+            for _, numbers in itertools.groupby(todo, lambda number: number // BLOCK):
+                yield tuple(numbers)
+            return
+        for first in range(0, len(todo), TOGETHER):
+            yield tuple(todo[first : first + TOGETHER])
 
     def _todo(self, block: int, numbers: list[int]) -> list[int]:
         journal = parts.journal(self.out, block)

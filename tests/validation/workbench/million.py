@@ -166,10 +166,12 @@ def _killed(out: Path, pause: float) -> tuple[int, int]:
 
 def _walk() -> float:
     """Time (s) of asking of one case whether a shard has it."""
+    from compare.sweep.large import stream
+
     sweep = swept(*SIDES)
     grid, shard = Grid(sweep.scene, sweep.axes), Shard(3, 64)
     began = time.process_time()
-    sum(shard.takes(grid.values(number)) for number in range(len(grid)))
+    sum(1 for _ in stream.cases_of(sweep, grid, shard))
     return (time.process_time() - began) / len(grid)
 
 
@@ -221,7 +223,7 @@ def _measured(folder: Path, top: Path) -> dict[str, Number]:
         "worker": Number(1e3 * worker, None, "ms", ".2f", why=_TIME),
         "master": Number(1e6 * master, None, "us", ".0f", why=_TIME),
         "writing": Number(1e6 * writing, None, "us", ".0f", why=_TIME),
-        "walk": Number(1e6 * walk, None, "us", ".1f", why=_TIME),
+        "walk": Number(1e6 * walk, None, "us", ".2f", why=_TIME),
         "wall": Number(one["wall"], None, "s", ".1f", why=_TIME),
         "master_mb": Number(one["master_mb"], None, "MB", ".0f", why="memory of one run"),
         "master_mb_small": Number(small["master_mb"], None, "MB", ".0f", why="memory of one run"),
@@ -248,7 +250,7 @@ def _measured(folder: Path, top: Path) -> dict[str, Number]:
                 ("workers (scene, solve, stability, row, starts)", f"{1e3 * worker:.2f} ms", f"{worker * count:.0f} s"),
                 ("the process that hands out", f"{1e6 * master:.0f} us", f"{master * count:.1f} s"),
                 ("writing parts, beside it", f"{1e6 * writing:.0f} us", f"{writing * count:.1f} s"),
-                ("a case of another shard", f"{1e6 * walk:.1f} us", f"{walk * count:.2f} s"),
+                ("a case of another shard", f"{1e6 * walk:.2f} us", f"{walk * count:.2f} s"),
                 ("table", f"{size / count:.0f} bytes", f"{size / 1e6:.1f} MB"),
             ],
         ),
