@@ -2,8 +2,8 @@
 
 The glued strip's tangent on the shapes that the glue allows is the chained Hessian (docs/theory.md, eq. (4.3)), whose
 factors are of one segment each (`ribbon.solvers.riccati`): its unknowns move by ``-H^-1 g``, and positions and
-quaternions as the glue has it, ``J_d dd = -J_f df``, d what the glue determines, f what is free. So the moves are those
-of `ribbon.sensitivity.system`, where one matrix of all unknowns and rows is factored.
+quaternions from joint to joint as the glue has it. So the moves are those of `ribbon.sensitivity.system`, where one
+matrix of all unknowns and rows is factored.
 """
 
 from __future__ import annotations
@@ -11,15 +11,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from ribbon.judge.inertia import Pencil
-from ribbon.judge.reduction import dependent_columns
 from ribbon.problems import chained_kernels as kernels
 from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.mixed import MixedProblem
-from ribbon.problems.mixed_kernels import ROWS
 from ribbon.sensitivity.system import glued
 
 FloatArray = NDArray[np.float64]
@@ -65,12 +62,27 @@ def _glued_steps(problem: ChainedProblem, mixed: MixedProblem, start: FloatArray
     layout = mixed.layout
     moves = np.zeros((len(steps), mixed.size))
     for move, step in zip(moves, steps, strict=True):
-        omega, eta = problem.joint_values(step)
-        move[layout.omega], move[layout.joint(0).eta] = omega, eta[0]
+        move[layout.omega], move[layout.eta] = omega, eta = problem.joint_values(step)
         move[layout.slope] = np.diff(eta) / problem.lengths
         move[layout.sideways] = problem.in_plane_values(step)
-    glue = mixed.jacobian_matrix(start)[: ROWS * problem.lengths.size]
-    dependent = dependent_columns(mixed)
-    factors = scipy.sparse.linalg.splu(scipy.sparse.csc_matrix(glue[:, dependent]), permc_spec="NATURAL")
-    moves[:, dependent] = factors.solve(-(glue @ moves.T)).T
+    bent = moves[:, mixed.parameter_map()[0]]  # (k, p, 6)
+    place, turn = _glue(mixed, start, bent.shape[2])
+    turned = np.zeros((len(problem.lengths) + 1, 4, len(steps)))
+    by_fields = -np.einsum("pij,kpj->pik", turn[:, :, 5:], bent)
+    for i, own in enumerate(-turn[:, :, 1:5]):
+        turned[i + 1] = own @ turned[i] + by_fields[i]
+    moved = -np.einsum("pij,kpj->kpi", place[:, :, 6:], bent)
+    moved -= np.einsum("pij,pjk->kpi", place[:, :, 2:6], turned[1:])
+    for move, positions, quaternions in zip(moves, np.cumsum(moved, axis=1), turned.transpose(2, 0, 1), strict=True):
+        layout.positions(move)[1:], layout.quaternions(move)[:] = positions, quaternions
     return moves
+
+
+def _glue(problem: MixedProblem, x: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """The glue's Jacobian segment by segment, as `ribbon.problems.mixed_kernels.jacobian` fills it: of positions (p, 3,
+    6 + count) by r, the next r, the next q and the parameters, of quaternions (p, 4, 5 + count) by the next q, q and
+    the parameters."""
+    p = problem.lengths.size
+    wide, high = 3 * (6 + count), 4 * (5 + count)
+    entries = problem.jacobian(x)[: (wide + high + 3) * p].reshape(p, -1)
+    return entries[:, :wide].reshape(p, 3, -1), entries[:, wide : wide + high].reshape(p, 4, -1)
