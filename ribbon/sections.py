@@ -125,9 +125,7 @@ def normals(equilibrium: Any, material: FloatArray) -> FloatArray:
     return _each(equilibrium, material, _normals)
 
 
-def _each(
-    equilibrium: Any, material: FloatArray, wanted: Callable[[Local, float, Shape], FloatArray]
-) -> FloatArray:
+def _each(equilibrium: Any, material: FloatArray, wanted: Callable[[Local, float, Shape], FloatArray]) -> FloatArray:
     """What is `wanted` (N, 3) at the particles, both sides by one shape of the sections."""
     section = FREE_ENERGIES[equilibrium.problem.energy].section
     assert section is not None

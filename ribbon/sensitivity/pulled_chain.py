@@ -62,8 +62,8 @@ def _glued_steps(problem: ChainedProblem, mixed: MixedProblem, start: FloatArray
     layout = mixed.layout
     moves = np.zeros((len(steps), mixed.size))
     for move, step in zip(moves, steps, strict=True):
-        move[layout.omega], move[layout.eta] = omega, eta = problem.joint_values(step)
-        move[layout.slope] = np.diff(eta) / problem.lengths
+        move[layout.omega], move[layout.eta] = problem.joint_values(step)
+        move[layout.slope] = np.diff(move[layout.eta]) / problem.lengths
         move[layout.sideways] = problem.in_plane_values(step)
     bent = moves[:, mixed.parameter_map()[0]]  # (k, p, 6)
     place, turn = _glue(mixed, start, bent.shape[2])

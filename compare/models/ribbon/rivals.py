@@ -7,7 +7,7 @@ several percent of l, and which one has the lower energy no seed tells.
 
 The `probe` solves the strip with rulings anew, three times (Sadowsky's where the twist is free, which is one more),
 from the state with the signs of curvature and ruling changed beside the clamp (within one and two widths), and with its
-twist reversed. That is 1 to 5 % of what a choice by accuracy takes. Kicks along the lowest mode, both ways and up
+twist reversed. That is a fifth of what a choice by accuracy takes. Kicks along the lowest mode, both ways and up
 to four times the largest curvature, led back on every scene tried, and are not among them. Nothing here proves that
 there is no rival: a state that the probe does not reach is not seen.
 """
@@ -95,8 +95,9 @@ def probe_once(scene: Scene, equilibrium: Equilibrium, seen: Probed | None = Non
 def _rest(here: Equilibrium, omega: FloatArray, eta: FloatArray) -> Equilibrium | None:
     """Where the strip of `here` comes to rest from omega and eta (p + 1,) of its joints; None: there.
 
-    First as exactly as a start needs: nine of ten are led back to `here`, which is known. A start has kinks: where
-    Newton's iteration stops on the way it begins once more there, before anything that takes ten times as long is asked.
+    First as exactly as a start needs: nine of ten are led back to `here`, which is known. A start has kinks:
+    where Newton's iteration stops on the way it begins once more there, before anything that takes ten times as long is
+    asked.
     """
     from ribbon.find.relax import placed
     from ribbon.find.solve import solve_from, solve_shape
