@@ -271,7 +271,7 @@ class Equilibrium:
             foot = np.array(material[:, 0], dtype=float)
             s, back = np.unique(foot, return_inverse=True)  # of a grid each once
             r, frame = (found[back] for found in self.continued(s)[:2])
-            return foot, r + np.einsum("kij,kj->ki", frame, sections.placed(self, material)[0]), frame
+            return foot, r + np.einsum("kij,kj->ki", frame, sections.placed(self, material)), frame
         foot = _surface.ruling_foot(self.parameters, self.problem.lengths, material, self.seam)
         r, frame, _, eta = self.continued(foot)
         return foot, r + material[:, 1:] * (frame[:, :, 0] + eta[:, None] * frame[:, :, 2]), frame
@@ -280,7 +280,7 @@ class Equilibrium:
         """Unit normals (N, 3) of the surface at the particles (S, v) of `material` (N, 2), on the side of t_y."""
         if self.has_free_twist:
             frame = self.continued(material[:, 0])[1]
-            return np.asarray(np.einsum("kij,kj->ki", frame, sections.placed(self, material)[1]))
+            return np.asarray(np.einsum("kij,kj->ki", frame, sections.normals(self, material)))
         return np.asarray(self.rulings(material)[2][:, :, 1])
 
     def position(self, s: ArrayLike) -> FloatArray:

@@ -23,6 +23,7 @@ curves by nu (k - K): the surface shows what the energy has.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -85,38 +86,62 @@ def offsets(
     unit normals (k, 3) of the surface there; both by components along the frame. section: of the energy, numbers: of
     the strip (`FreeSectionNumbers`); shape: of the sections at |v| times `_PLACES`, None: not known yet; it is even
     across."""
-    k, t = local.k, local.t
     shape = section.shape(local, abs(v) * _PLACES, numbers) if shape is None else shape
+    return _moved(local, v, shape), _normals(local, v, shape)
+
+
+def _moved(local: Local, v: float, shape: Shape) -> FloatArray:
+    """v + u, f, g (k, 3) of `offsets`."""
     side = -1.0 if v < 0.0 else 1.0
     f, by_y, by_s = shape.f - shape.f[:, :1], side * shape.across, shape.along - shape.along[:, :1]
     weight = v * _WEIGHTS
     slope, along = by_y[:, 1:-1], by_s[:, 1:-1]
     turned = along @ _BY_NODE.T / v if v != 0.0 else np.zeros_like(along)  # of the slope, along the strip
     u = -0.5 * (slope**2) @ weight
-    g = t * (2.0 * f[:, 1:-1] @ weight - v * f[:, -1])
+    g = local.t * (2.0 * f[:, 1:-1] @ weight - v * f[:, -1])
     g += (slope * turned) @ (weight * v * (1.0 - _NODES)) - (slope * along) @ weight
-    across = np.stack([1.0 - 0.5 * by_y[:, -1] ** 2, by_y[:, -1], t * (f[:, -1] - v * by_y[:, -1])], axis=1)
-    lengthwise = np.stack([-t * f[:, -1], v * t + by_s[:, -1], 1.0 + k * f[:, -1]], axis=1)
+    return np.stack([v + u, f[:, -1], g], axis=1)
+
+
+def _normals(local: Local, v: float, shape: Shape) -> FloatArray:
+    """Unit normals (k, 3) of `offsets`."""
+    k, t = local.k, local.t
+    side = -1.0 if v < 0.0 else 1.0
+    f, by_y, by_s = shape.f[:, -1] - shape.f[:, 0], side * shape.across[:, -1], shape.along[:, -1] - shape.along[:, 0]
+    across = np.stack([1.0 - 0.5 * by_y**2, by_y, t * (f - v * by_y)], axis=1)
+    lengthwise = np.stack([-t * f, v * t + by_s, 1.0 + k * f], axis=1)
     normal = np.cross(lengthwise, across)
-    return np.stack([v + u, f[:, -1], g], axis=1), normal / np.linalg.norm(normal, axis=1)[:, None]
+    return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
 
 
-def placed(equilibrium: Any, material: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """`offsets` and normals (N, 3) of the particles (S, v) of `material` (N, 2), units of l, of a `ribbon.Equilibrium`
-    with a free twist."""
+def placed(equilibrium: Any, material: FloatArray) -> FloatArray:
+    """v + u, f, g (N, 3) of the particles (S, v) of `material` (N, 2), units of l, of a `ribbon.Equilibrium` with a
+    free twist, along the frame (`offsets`)."""
+    return _each(equilibrium, material, _moved)
+
+
+def normals(equilibrium: Any, material: FloatArray) -> FloatArray:
+    """Unit normals (N, 3) there, along the frame."""
+    return _each(equilibrium, material, _normals)
+
+
+def _each(equilibrium: Any, material: FloatArray, wanted: Callable[[Local, float, Shape], FloatArray]) -> FloatArray:
+    """What is `wanted` (N, 3) at the particles, both sides by one shape of the sections."""
     section = FREE_ENERGIES[equilibrium.problem.energy].section
     assert section is not None
     numbers = equilibrium.problem.fields.section
-    found, normals = np.empty((len(material), 3)), np.empty((len(material), 3))
+    found = np.empty((len(material), 3))
     apart = np.abs(material[:, 1])
+    known: tuple[FloatArray, Local] | None = None
     for size in np.unique(apart):
         rows = np.nonzero(apart == size)[0]
         s, back = np.unique(material[rows, 0], return_inverse=True)
-        local = local_state(equilibrium, s)
+        if known is None or not np.array_equal(known[0], s):  # of a grid the same for all
+            known = s, local_state(equilibrium, s)
+        local = known[1]
         shape = section.shape(local, size * _PLACES, numbers)
         for side in (-1.0, 1.0):
             here = np.sign(material[rows, 1]) * side >= 0.0
             if here.any():
-                there, normal = offsets(section, local, float(side * size), numbers, shape)
-                found[rows[here]], normals[rows[here]] = there[back[here]], normal[back[here]]
-    return found, normals
+                found[rows[here]] = wanted(local, float(side * size), shape)[back[here]]
+    return found

@@ -25,10 +25,11 @@ FloatArray = NDArray[np.float64]
 
 
 class _Triangles:
-    """Triangles (T, 3) of points (N, 3), ready for distances to them."""
+    """Triangles (T, 3) of points (N, 3), ready for distances to them. grid: the points as (along, across, 3) where they
+    are one, all of them vertices of triangles."""
 
-    def __init__(self, points: FloatArray, corners: NDArray[np.int64]) -> None:
-        self.points = points
+    def __init__(self, points: FloatArray, corners: NDArray[np.int64], grid: FloatArray | None = None) -> None:
+        self.points, self.grid = points, grid
         self.a = points.take(corners[:, 0], axis=0)
         self.ab, self.ac = (points.take(corners[:, k], axis=0) - self.a for k in (1, 2))
         self.middle = self.a + (self.ab + self.ac) / 3.0
@@ -126,26 +127,60 @@ def _to_edge(ap: FloatArray, edge: FloatArray) -> FloatArray:
     return _square(ap - t[:, None] * edge)
 
 
-def _farthest(points: FloatArray, other: _Triangles, largest: float = 0.0) -> float:
-    """The largest distance of `points` (N, 3) from the other surface; `largest` where none is farther.
+def _slid(points: FloatArray, like: NDArray[np.int64], bound: FloatArray, grid: FloatArray) -> FloatArray:
+    """Least distance (n,) of points (n, 3) from vertices of a grid (along, across, 3): from their likes (n,), at
+    distances `bound` (n,), along the lines of the grid to where the line's tangent is square to what is left,
+    `_SLIDES` times."""
+    along, across = grid.shape[:2]
+    vertices = grid.reshape(-1, 3)
+    row, line, here = like // across, like % across, like
+    for _ in range(_SLIDES):
+        tangent = 0.5 * (grid[np.minimum(row + 1, along - 1), line] - grid[np.maximum(row - 1, 0), line])
+        size = np.maximum(_square(tangent), 1e-300)
+        steps = np.clip(np.rint(_dot(points - vertices[here], tangent) / size), -along, along)
+        row = np.clip(row + steps.astype(np.int64), 0, along - 1)
+        here = row * across + line
+        bound = np.minimum(bound, np.sqrt(_square(points - vertices[here])))
+    return bound
 
-    Each point has an upper bound: where the other surface has as many points, the distance to its like, then the
-    nearest vertex, then the triangles around it. Only points whose bound is above the largest distance known are looked
-    at more closely, those with the largest bounds first, at last against every triangle that can be nearer.
+
+def _apart(a: _Triangles, b: _Triangles) -> float:
+    """Symmetric Hausdorff distance of two surfaces.
+
+    Each point has an upper bound: where both surfaces have as many points, the distance to its like, of a grid to what
+    lies beside that along a line, then the nearest vertex, then the triangles around it. Only points whose bound is
+    above the largest distance known, of either surface, are looked at more closely, those with the largest bounds
+    first, at last against every triangle that can be nearer.
     """
-    if len(points) == len(other.points):
-        apart = np.sqrt(_square(points - other.points))
-        first = int(np.argmax(apart))
-        if apart[first] <= largest:
-            return largest
-        largest = max(largest, float(other.exact(points[first : first + 1], apart[first : first + 1]).max()))
-        apart[first] = 0.0
-        left = np.flatnonzero(apart > largest)
-        if left.size <= _MANY:
-            return _largest(points, apart, left, other, largest, _FEW)
-        points = points[left]
-    if not len(points):
-        return largest
+    ways = (a.points, b), (b.points, a)
+    if len(a.points) != len(b.points):
+        return _farthest(b.points, a, _farthest(a.points, b, 0.0))
+    like = np.sqrt(_square(a.points - b.points))
+    first = slice(int(np.argmax(like)), int(np.argmax(like)) + 1)
+    known = [float(other.exact(points[first], like[first]).max()) for points, other in ways]
+    largest = max(known)
+    for points, other in ways if known[0] >= known[1] else ways[::-1]:  # what finds the most leaves the least to do
+        largest = _farther(points, other, like, largest)
+    return largest
+
+
+def _farther(points: FloatArray, other: _Triangles, like: FloatArray, largest: float) -> float:
+    """The largest distance of `points` (N, 3) from the other surface, whose points are their likes at distances (N,);
+    `largest` where none is farther."""
+    left = np.flatnonzero(like > largest)
+    bound = like[left]
+    if left.size > _FEW and other.grid is not None:
+        bound = _slid(points[left], left, bound, other.grid)
+        most = np.argpartition(bound, -_FEW)[-_FEW:]
+        largest = _largest(points[left], bound, most, other, largest, 1)
+        left, bound = left[bound > largest], bound[bound > largest]
+    if left.size <= _MANY:
+        return _largest(points[left], bound, np.arange(left.size), other, largest, _FEW)
+    return _farthest(points[left], other, largest)
+
+
+def _farthest(points: FloatArray, other: _Triangles, largest: float) -> float:
+    """The largest distance of `points` (N, 3) from the other surface; `largest` where none is farther."""
     bound, vertex = other.nearest_vertex(points)
     order = np.argsort(-bound)
     for batch in np.split(order, range(_FIRST, order.size, _FIRST)):
@@ -172,6 +207,8 @@ def _largest(
 #: Points looked at together: against the triangles around a vertex, and against all triangles; and up to how many are
 #: before the nearest vertices are looked up.
 _FIRST, _FEW, _MANY = 2048, 8, 100
+#: Steps along the lines of a grid.
+_SLIDES = 3
 #: Triangles of a block, that are left out together.
 _BLOCK = 64
 
@@ -186,10 +223,6 @@ def hausdorff(
     return _apart(_Triangles(points_a, triangles_a), _Triangles(points_b, triangles_b))
 
 
-def _apart(a: _Triangles, b: _Triangles) -> float:
-    return _farthest(b.points, a, _farthest(a.points, b))
-
-
 def grid_hausdorff(grid_a: FloatArray, grid_b: FloatArray) -> float:
     """Symmetric Hausdorff distance of two surfaces given on material grids (along, across, 3) of any sizes; NaN where a
     point is not finite."""
@@ -198,17 +231,17 @@ def grid_hausdorff(grid_a: FloatArray, grid_b: FloatArray) -> float:
 
 def grid_hausdorffs(grids: Sequence[FloatArray], pairs: Sequence[tuple[int, int]]) -> list[float]:
     """`grid_hausdorff` of several pairs (their numbers) among `grids`, each made ready once."""
-    ready = [
-        _Triangles(np.ascontiguousarray(grid.reshape(-1, 3), dtype=float), triangles(*grid.shape[:2]))
-        if np.isfinite(grid).all()
-        else None
-        for grid in grids
-    ]
+    ready = [_ready(grid) if np.isfinite(grid).all() else None for grid in grids]
     found = []
     for one, other in pairs:
         a, b = ready[one], ready[other]
         found.append(float("nan") if a is None or b is None else _apart(a, b))
     return found
+
+
+def _ready(grid: FloatArray) -> _Triangles:
+    points = np.ascontiguousarray(grid, dtype=float)
+    return _Triangles(points.reshape(-1, 3), triangles(*grid.shape[:2]), points)
 
 
 def centreline_distance(line_a: FloatArray, line_b: FloatArray) -> float:

@@ -15,12 +15,17 @@ FloatArray = NDArray[np.float64]
 
 #: Part of the largest of several values below which another one is told as zero.
 _ROUNDING = 1e-10
+#: Length (l) below which nothing is told but that it is less.
+_LEAST = 1e-9
 
 
 def length(units: Units, value: float | None) -> str:
-    """A length given in l: "0.96 mm (0.32 % of the length)", without the millimetres where the scene has none."""
+    """A length given in l: "0.96 mm (0.32 % of the length)", without the millimetres where the scene has none; what
+    only rounding leaves is less than 1e-07 %."""
     if value is None or not math.isfinite(value):
         return "an unknown length"
+    if 0.0 < abs(value) < _LEAST:
+        return f"less than {percent(_LEAST)} of the length"
     part = percent(value)
     return f"{units.text(value, 'l')} ({part} of the length)" if units.known else f"{part} of the length"
 
@@ -41,12 +46,13 @@ def moment(values: FloatArray, units: Units) -> str:
     return _both(values, "moment", "D w / l", units)
 
 
-def within(error: float | None, unit: str, units: Units) -> str:
+def within(error: float | None, unit: str, units: Units, beside: float = 0.0) -> str:
     """How sure a force (unit "D w / l^2"), moment ("moment") or energy ("D w / l") is: ", within 2.1 mN"; without one
-    ", its error is not known"."""
+    ", its error is not known". beside: the size that it stands beside, whose prefix it takes."""
     if error is None or not math.isfinite(error):
         return ", its error is not known"
-    return f", within {units.text(error, unit, 2)}"
+    found = units.reading(beside, unit) if beside else None
+    return f", within {units.text(error, unit, 2) if found is None else f'{error * found[0]:.2g} {found[1]}'}"
 
 
 def supports(state: State, units: Units) -> list[tuple[str, str]]:
@@ -56,8 +62,9 @@ def supports(state: State, units: Units) -> list[tuple[str, str]]:
         if held is None:
             continue
         errors = [state.errors.get(kind, {}).get(name) for kind in ("forces", "moments")]
-        found.append((f"force at {where}", force(held.force, units) + within(errors[0], "D w / l^2", units)))
-        found.append((f"moment at {where}", moment(held.moment, units) + within(errors[1], "moment", units)))
+        sizes = [float(np.abs(values).max()) for values in (held.force, held.moment)]
+        found.append((f"force at {where}", force(held.force, units) + within(errors[0], "D w / l^2", units, sizes[0])))
+        found.append((f"moment at {where}", moment(held.moment, units) + within(errors[1], "moment", units, sizes[1])))
     return found
 
 
@@ -71,7 +78,9 @@ def energies(values: Mapping[str, float | None], units: Units, errors: Mapping[s
     the largest of their errors (`State.errors`), which not all parts have. None: not told."""
     known = [value for name, value in (errors or {}).items() if name in values]
     sure = [value for value in known if value is not None]
-    behind = "" if errors is None else within(max(sure) if sure and len(sure) == len(known) else None, "D w / l", units)
+    largest = max((abs(value) for value in values.values() if value is not None), default=0.0)
+    worst = max(sure) if sure and len(sure) == len(known) else None
+    behind = "" if errors is None else within(worst, "D w / l", units, largest)
     return _energies(values, units) + (f"; each{behind[1:]}" if sure else behind)
 
 

@@ -187,21 +187,31 @@ def thickness_text(told: Mapping[str, Any]) -> str:
 
 
 def choice_text(choice: Mapping[str, Any]) -> str:
-    """How `model.accuracy` chose the energy, step by step: estimated distances to the shell over l, times."""
+    """How `model.accuracy` chose the energy, step by step: estimated distances to the shell in % of l, times."""
     accuracy = float(choice["accuracy"])
     said = []
     for step in choice["steps"]:
-        estimate, took = step["estimate"], float(step["seconds"])
-        spent_on = f"({took:.1f} s)" if took >= 1.0 else f"({1e3 * took:.0f} ms)"
-        text = "not known" if estimate is None else f"{estimate:.1e}"
-        beyond = "" if estimate is None or estimate <= accuracy else f" > {accuracy:.0e}"
-        model = f"{LADDER[0]} in its plane" if step["model"] == PLANAR else step["model"]
+        estimate = step["estimate"]
+        text = "not known" if estimate is None else f"{wording.percent(estimate)} of l"
+        beyond = "" if estimate is None or estimate <= accuracy else f" > {wording.percent(accuracy)}"
+        model = f"{in_words(LADDER[0])} in its plane" if step["model"] == PLANAR else in_words(step["model"])
         passed = f", passed over: {step['passed_over']}" if step.get("passed_over") else ""
-        said.append(f"{model} {text}{beyond} {spent_on}{passed}")
+        said.append(f"{model}, {text}{beyond} ({took(float(step['seconds']))}){passed}")
     end = ": taken" if choice["enough"] else ": not enough, take the shell (ribbonbench shell)"
     rival = choice.get("rival")
     doubt = "" if rival is None else f", but not sure: {Rival(**rival).text}"
     return "; ".join(said) + end + doubt
+
+
+def took(seconds: float) -> str:
+    """A time in words: "1.2 s", "32 ms", "0.45 ms"."""
+    return (
+        f"{seconds:.1f} s"
+        if seconds >= 1.0
+        else f"{1e3 * seconds:.2g} ms"
+        if seconds < 0.01
+        else f"{1e3 * seconds:.0f} ms"
+    )
 
 
 def picture(state: State) -> Picture:
@@ -224,11 +234,11 @@ def sentences(scene: Scene, state: State) -> list[str]:
     said = [
         f"Ribbon: {e.problem.energy}, {e.problem.lengths.size} segments, {message(state)}; residual {e.residual:.1e}, "
         f"lowest eigenvalue {_eigenvalue(state, 3)}, discretisation error {known}, "
-        f"{state.seconds.warm * 1e3:.3g} ms."
+        f"{took(state.seconds.warm)}."
     ]
     if "auto" in state.numbers:
-        own = "by model.accuracy" if "model.accuracy" in scene.own_keys else f"for {scene.model.accuracy:g} l"
-        said.append(f"Energy chosen {own}: {choice_text(state.numbers['auto'])}.")
+        own = "by model.accuracy" if "model.accuracy" in scene.own_keys else "without one named"
+        said[0] += f" Energy chosen {own}, by estimated distance to a shell: {choice_text(state.numbers['auto'])}."
     if "thickness" in state.numbers:
         said.append(thickness_text(state.numbers["thickness"]))
     advised = advice(scene, state.error)
@@ -359,7 +369,7 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
     ]
     found.append(("model", f"{e.problem.energy}, {used}, {e.problem.lengths.size} segments"))
     if "auto" in state.numbers:
-        found.append(("auto", choice_text(state.numbers["auto"])))
+        found.append(("chosen energy", choice_text(state.numbers["auto"])))
     found.append((f"why {used}", formulation_why(scene, used)))
     if scene.path:
         path = document(PATH_NUMBERS, Answered(scene, state))["path"]

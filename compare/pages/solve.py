@@ -74,21 +74,22 @@ def remedy(scene: Scene, state: State) -> str:
 
 
 def _where(scene: Scene, state: State, units: Units) -> str:
-    """How far the free end, or the middle of what is held at both ends, is from the clamp: below or above it under
-    weight; "" where there is no such place."""
+    """How far the free end, or the middle of what is held at both ends, is from the clamp, or from the point that is
+    held where that is all: below or above it under weight; "" where there is no such place."""
     held = scene.clamp_start
     found = state.end if scene.clamp_end is None else state.middle
     if scene.closure or held is None or held.position is None or found is None:
         return ""
     place = "free end" if scene.clamp_end is None else "middle"
+    clamp = "the clamp" if held.tangent is not None else "the point that is held, about which it turns freely"
     apart = found.position - np.asarray(held.position, dtype=float) / scene.strip.length
     if scene.up is None or not scene.gamma:
-        return f": its {place} is {length(units, float(np.linalg.norm(apart)))} from the clamp"
+        return f": its {place} is {length(units, float(np.linalg.norm(apart)))} from {clamp}"
     height = float(apart @ np.asarray(scene.up, dtype=float))
     if abs(height) < YARDSTICK:
-        return f": its {place} is level with the clamp"
+        return f": its {place} is level with {clamp}"
     stands, side = ("hangs", "below") if height < 0.0 else ("stands", "above")
-    return f": its {place} {stands} {length(units, abs(height))} {side} the clamp"
+    return f": its {place} {stands} {length(units, abs(height))} {side} {clamp}"
 
 
 def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[str, str]]:

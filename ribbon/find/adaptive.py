@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.boundary import Clamp, Closure
+from ribbon.element import kernel_cache
 from ribbon.errors import RibbonInputError
 from ribbon.find import seeds
 from ribbon.find.continuation import switch
@@ -24,7 +25,6 @@ from ribbon.find.solve import on_segments, solve_request
 from ribbon.find.solving.assemble import assembled
 from ribbon.find.solving.request import How, Request, Seed, SolveKeywords, split
 from ribbon.find.stretched import is_stretched
-from ribbon.judge import polyline
 from ribbon.loads import Gravity
 from ribbon.notes import Note
 from ribbon.problems.chained import segment_lengths
@@ -33,6 +33,9 @@ from ribbon.result import Equilibrium, Refinement, Status
 from ribbon.solvers import choose
 from ribbon.solvers.budget import SPENT, spent, within
 from ribbon.strip import Strip
+
+with kernel_cache.in_use():
+    from ribbon.judge import polyline
 
 FloatArray = NDArray[np.float64]
 

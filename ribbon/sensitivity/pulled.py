@@ -14,8 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.problems.chained import ChainedProblem
+from ribbon.problems.mixed import MixedProblem
 from ribbon.result import Equilibrium
-from ribbon.sensitivity.system import Point, System, point
+from ribbon.sensitivity.pulled_chain import along_the_chain
+from ribbon.sensitivity.system import Point, System, point, require_equilibrium
 
 FloatArray = NDArray[np.float64]
 
@@ -35,6 +38,19 @@ def pulled(equilibrium: Equilibrium, gradients: Sequence[FloatArray]) -> Pulled:
 
     Raises `ribbon.errors.NotDifferentiable` for what is no equilibrium and where its tangent is singular.
     """
+    require_equilibrium(equilibrium, unstable=True)
+    chained = equilibrium.problem
+    moved = along_the_chain(chained, equilibrium.x, gradients) if isinstance(chained, ChainedProblem) else None
+    problem, x, moves = moved or _by_the_glue(equilibrium, gradients)
+    found = [replace(equilibrium, problem=problem, x=x + move, at=None) for move in moves]
+    return Pulled(tuple(found[:-1]), found[-1])
+
+
+def _by_the_glue(
+    equilibrium: Equilibrium, gradients: Sequence[FloatArray]
+) -> tuple[MixedProblem, FloatArray, FloatArray]:
+    """The glued problem with bending in the plane, its unknowns (n,), and where they go (k + 1, n): by each gradient,
+    and by what bends the strip in its plane; from the factored tangent of all its unknowns."""
     here = point(equilibrium, unstable=True)
     problem: Any = here.problem
     if not problem.fields.in_plane:
@@ -50,8 +66,7 @@ def pulled(equilibrium: Equilibrium, gradients: Sequence[FloatArray]) -> Pulled:
     pulls[-1] = problem.gradient(here.x) + system.jacobian.T @ here.rows
     still = np.zeros((here.rows.size, len(pulls)))
     moves, _ = system.solve(pulls.T, still, np.zeros(pulls.T.shape))
-    found = [replace(equilibrium, problem=problem, x=here.x + move, at=None) for move in moves.T]
-    return Pulled(tuple(found[:-1]), found[-1])
+    return problem, here.x, moves.T
 
 
 def _rows_of(problem: Any, freed: Any, rows: FloatArray) -> FloatArray:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ribbon.element import quaternion
 from ribbon.errors import NotDifferentiable
 from ribbon.judge.reduction import dependent_columns
+from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.layout import ETA
 from ribbon.problems.mixed import MixedProblem
 from ribbon.result import Equilibrium, Status
@@ -59,25 +60,35 @@ def point(equilibrium: Equilibrium, *, unstable: bool = False) -> Point:
 
     unstable: also one that is not stable. Raises `NotDifferentiable` for what is no equilibrium.
     """
-    allowed = (Status.CONVERGED, Status.SADDLE) if unstable else (Status.CONVERGED,)
-    if equilibrium.status not in allowed:
-        raise NotDifferentiable(equilibrium.status.code, f"it is no stable equilibrium: {equilibrium.message}")
+    require_equilibrium(equilibrium, unstable=unstable)
     old: Any = equilibrium.problem
     if isinstance(old, MixedProblem) and old.pairs:
         raise NotDifferentiable("itself", "it touches itself, and how its pairs of places move is not known")
     if old.row_count:
         return Point(old, equilibrium.x, equilibrium.rows, equilibrium.multipliers)
-    problem = MixedProblem(
-        old.strip, old.start, None, None, (), old.gravity, old.energy, old.lengths,
-        reference=tuple(quaternion.from_matrix(old.start.frame).tolist()), exponent_limit=old.exponent_limit,
-        stiffness=old.stiffness, in_plane=old.in_plane, tip=old.tip,
-    )  # fmt: skip
+    problem = glued(old)
     omega, eta = old.joint_values(equilibrium.x)
     x = problem.state(omega, eta, old.in_plane_values(equilibrium.x))
     gradient, jacobian = problem.gradient(x), problem.jacobian_matrix(x)
     dependent = dependent_columns(problem)
     rows = scipy.sparse.linalg.splu(scipy.sparse.csc_matrix(jacobian[:, dependent].T)).solve(-gradient[dependent])
     return Point(problem, x, rows, gradient + jacobian.T @ rows)
+
+
+def require_equilibrium(equilibrium: Equilibrium, *, unstable: bool = False) -> None:
+    """Raises `NotDifferentiable` for what is no stable equilibrium; unstable: for what is none at all."""
+    allowed = (Status.CONVERGED, Status.SADDLE) if unstable else (Status.CONVERGED,)
+    if equilibrium.status not in allowed:
+        raise NotDifferentiable(equilibrium.status.code, f"it is no stable equilibrium: {equilibrium.message}")
+
+
+def glued(old: ChainedProblem) -> MixedProblem:
+    """The glued problem of the same strip, whose quaternions begin at the clamp's own."""
+    return MixedProblem(
+        old.strip, old.start, None, None, (), old.gravity, old.energy, old.lengths,
+        reference=tuple(quaternion.from_matrix(old.start.frame).tolist()), exponent_limit=old.exponent_limit,
+        stiffness=old.stiffness, in_plane=old.in_plane, tip=old.tip,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from ribbon import Clamp, Gravity, Strip, solve
 from ribbon.energies import FREE_ENERGIES
 from ribbon.energies.section.profile import Local
-from ribbon.sections import local_state, offsets, placed
+from ribbon.sections import local_state, normals, offsets, placed
 
 WIDTHS = np.array([0.2, 0.1, 0.05, 0.025])
 SLOPES = 1.5, -3.0, 0.7
@@ -199,13 +199,14 @@ def test_sections_are_even_across(energy):
 
 
 def test_particles_stand_where_they_stand_one_by_one():
-    """In any order, on both sides and on the middle line."""
+    """In any order, on both sides and on the middle line, some places along on one line only."""
     strip = Strip(1.0, 0.1, poisson=0.3, natural_curvature=4.0, gamma=20.0, thickness=1e-3)
     found = solve(strip, Clamp(), Gravity(up=(0.6, 0.0, 0.8)), energy="finite", segments=10)
     s, v = np.meshgrid([0.0, 0.31, 0.5, 1.0], [-0.05, -0.01, 0.0, 0.01, 0.05], indexing="ij")
     material = np.random.default_rng(1).permutation(np.column_stack([s.ravel(), v.ravel()]))
+    material = np.vstack([material, [[0.77, 0.01], [0.4, 0.03]]])
     section, numbers = FREE_ENERGIES["finite"].section, found.problem.fields.section
-    for k, normals in enumerate(placed(found, material)):
-        for row, told in zip(material, normals, strict=True):
+    for k, several in enumerate((placed(found, material), normals(found, material))):
+        for row, told in zip(material, several, strict=True):
             own = offsets(section, local_state(found, row[:1]), float(row[1]), numbers)[k][0]
             assert np.abs(told - own).max() < 1e-14

@@ -12,6 +12,7 @@ it (`compare.models.ribbon.rivals`) the choice says that it is not sure.
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -123,18 +124,19 @@ def choose(scene: Scene, options: Options | None = None, say: Reporter | None = 
     options = replace(options or Options(), repeats=0)
     steps: list[Step] = []
     solved: dict[str, tuple[LoadPath | None, Equilibrium, Seconds]] = {}
+    named = functools.cache(functools.partial(with_energy, scene))
     clock = time.perf_counter()
     first = LADDER[0]
     if say is not None:
         say.step(f"auto: {first}")
-    solved[first] = solved_as(with_energy(scene, first), options, None)
+    solved[first] = solved_as(named(first), options, None)
     _, there, _ = solved[first]
     spent = time.perf_counter() - clock
     clock = time.perf_counter()
     if say is not None:
         say.step(f"auto: {REFERENCE}, the measure of the others")
     best = _told_by(scene, there, accuracy)
-    rival = probe(with_energy(scene, first), there)
+    rival = probe(named(first), there)
     if best is None or not best.ok:
         steps.append(Step(_name(scene, first, there), None, spent))
         steps.append(Step(REFERENCE, None, time.perf_counter() - clock))
@@ -151,12 +153,12 @@ def choose(scene: Scene, options: Options | None = None, say: Reporter | None = 
                 break
             if say is not None:
                 say.step(f"auto: {energy}")
-            solved[energy] = solved_as(with_energy(scene, energy), options, None)
+            solved[energy] = solved_as(named(energy), options, None)
         _, found, _ = solved[energy]
         moved = apart(found, best, grid) if found.ok else float("inf")
         estimate = _known(left_out.behind(moved))
         near = estimate is not None and estimate <= accuracy
-        why = _open(with_energy(scene, energy), solved[energy], options, say) if near else ""
+        why = _open(named(energy), solved[energy], options, say) if near else ""
         spent += time.perf_counter() - clock
         steps.append(Step(_name(scene, energy, found), estimate, spent, passed_over=why))
         if near and not why:

@@ -96,10 +96,11 @@ def estimate(
         return of_a_straight_strip(scene, equilibrium, width_to_thickness)
     softened = soften(equilibrium, scene.width / width_to_thickness)
     ruled = equilibrium.problem.energy in RULED
-    best = beside(scene, equilibrium, width_to_thickness) if ruled and equilibrium.ok else None
+    own = thin(scene, width_to_thickness) if ruled and equilibrium.ok else None
+    best = None if own is None else beside(own, equilibrium, width_to_thickness)
     seen: dict[int, float] = {}
     near = (best,) if best is None or not best.ok else either_side(scene, equilibrium, best, seen)
-    each = [_estimated(scene, equilibrium, softened, one, width_to_thickness, seen) for one in near]
+    each = [_estimated(scene, equilibrium, softened, one, own, width_to_thickness, seen) for one in near]
     found = max(each, key=lambda one: one.worst)
     rival = probe_once(scene, equilibrium, probed)
     return replace(found, rival=rival, sides=sides(near, each), seconds=time.perf_counter() - clock)
@@ -121,10 +122,12 @@ def _estimated(
     equilibrium: Equilibrium,
     softened: Equilibrium | None,
     best: Equilibrium | None,
+    own: Scene | None,
     width_to_thickness: float,
     seen: Mapping[int, float],
 ) -> Estimate:
-    """The estimate by way of a neighbour with energy "finite", `best` (None: it has none); seen: as `to_shell`."""
+    """The estimate by way of a neighbour with energy "finite", `best` (None: it has none), which is of the scene `own`;
+    seen: as `to_shell`."""
     h, nu = scene.width / width_to_thickness, scene.strip.poisson
     section = ENERGIES[equilibrium.problem.energy].relaxed(nu, scene.width, h)
     there = softened if softened is not None else equilibrium
@@ -156,13 +159,12 @@ def _estimated(
         "clamps": clamps / whole,
     }
     if equilibrium.problem.energy in RULED:
-        distance = to_shell(scene, equilibrium, best, width_to_thickness, seen)
+        distance = to_shell(own or scene, equilibrium, best, width_to_thickness, seen)
     else:
         distance = None if softened is None else _distance(scene, equilibrium, softened, state, h)
     scale = section.scale * float(np.sqrt(np.mean(state.omega**2))) ** 0.5
     more = crowd = 0.0
-    if best is not None and best.ok:
-        own = thin(scene, width_to_thickness)
+    if own is not None and best is not None and best.ok:
         more = passages(own, best) / whole
         if _steepest(scene, there, *held_ends(scene)) > POLE:
             crowd = max(crowded_energy(own, best) - clamps, 0.0) / whole

@@ -219,7 +219,11 @@ def inflections(equilibrium: Equilibrium) -> int:
 
 
 def thin(scene: Scene, ratio: float | None = None) -> Scene:
-    """The scene with energy "finite" and one thickness."""
+    """The scene with energy "finite" and one thickness; itself where it is that already."""
+    model = scene.model
+    own = ratio is None or tuple(scene.shell.width_to_thickness) == (ratio,)
+    if own and (model.energy, model.accuracy, model.stiffness) == (FINITE, None, None):
+        return scene
     keys: dict[str, Any] = {"model.energy": FINITE, "model.accuracy": None, "model.stiffness": None}
     if ratio is not None:
         keys["shell.width_to_thickness"] = [ratio]

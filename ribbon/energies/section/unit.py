@@ -50,11 +50,13 @@ class Unit:
 def unit(y: FloatArray, xi: FloatArray) -> Unit:
     """Psi and its derivatives at y (m,), xi (n,)."""
     y, xi = np.asarray(y, dtype=float)[:, None], np.asarray(xi, dtype=float)
-    found = np.empty((4, y.size, xi.size))
     near = y[:, 0] < _SWITCH**4
-    for rows, form in ((near, _series), (~near, _closed)):
-        if rows.any():
-            found[:, rows] = form(y[rows], xi)
+    if near.all() or not near.any():
+        return Unit(*(_series if near.any() else _closed)(y, xi))
+    found = np.empty((4, y.size, xi.size))
+    for rows, form in ((np.flatnonzero(near), _series), (np.flatnonzero(~near), _closed)):
+        for values, part in zip(found, form(y[rows], xi), strict=True):
+            values[rows] = part
     return Unit(*found)
 
 

@@ -60,6 +60,26 @@ def test_kernels_are_reused_until_any_source_changes(compiled, tmp_path):
     assert not list(source.rglob("*.nbi"))
 
 
+def test_every_kernel_is_kept_in_the_one_folder():
+    """Whatever module is asked for first: numba's own cache, beside the source, would hold old kernels and load the
+    whole compiler."""
+    code = (
+        "import importlib, pathlib, sys; from numba.core.dispatcher import Dispatcher; import ribbon\n"
+        "names = ['.'.join(path.with_suffix('').parts) for path in sorted(pathlib.Path('ribbon').rglob('*.py'))\n"
+        "         if '@njit' not in path.read_text() and path.stem != '__init__']\n"
+        "[importlib.import_module(name) for name in names]\n"
+        "from ribbon.element import kernel_cache\n"
+        "home = str(kernel_cache.root())\n"
+        "print(*sorted({f'{name}.{key}' for name, module in list(sys.modules.items()) if name.startswith('ribbon.')\n"
+        "    for key, value in vars(module).items() if isinstance(value, Dispatcher) and value.targetoptions\n"
+        "    and not str(getattr(value._cache, '_cache_path', home)).startswith(home)}), len(names))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    elsewhere = done.stdout.split()
+    assert int(elsewhere.pop()) > 100
+    assert elsewhere == []
+
+
 def test_other_users_of_numba_keep_their_cache_folder():
     from numba.core import config
 

@@ -11,6 +11,7 @@ from ribbon import Clamp, Closure, Gravity, Strip, gradients, solve
 from ribbon.element.element import free_jet
 from ribbon.errors import NotDifferentiable
 from ribbon.result import Status
+from ribbon.sensitivity import pulled_chain
 from ribbon.sensitivity.pulled import pulled
 from ribbon.sensitivity.system import point
 
@@ -68,9 +69,22 @@ def test_a_strip_stiff_in_its_plane_takes_a_step_towards_the_one_that_is_not():
 
 
 def test_terms_pull_alike_with_and_without_bending_in_the_plane():
+    """By the factors of the chained Hessian as by the tangent of all unknowns of the glued strip, quaternions too."""
     here = held()
     one, two = (pulled(found, [1e-3 * elastic_slope(found)]) for found in (here, held(formulation="mixed")))
-    np.testing.assert_allclose(one.terms[0].position(S), two.terms[0].position(S), atol=1e-10)
+    for a, b in ((one.terms[0], two.terms[0]), (one.in_plane, two.in_plane)):
+        assert np.abs(a.position(S) - here.position(S)).max() > 1e-7
+        np.testing.assert_allclose(a.position(S), b.position(S), atol=1e-10)
+        np.testing.assert_allclose(a.frame(S), b.frame(S), atol=1e-9)
+
+
+def test_a_strip_that_is_nearly_neutral_is_left_to_the_tangent_of_all_unknowns(monkeypatch):
+    """Factors without pivoting are not trusted with every condition."""
+    here = held()
+    assert pulled_chain.along_the_chain(here.problem, here.x, [np.zeros((16, 4))]) is not None
+    monkeypatch.setattr(pulled_chain, "_CONDITION", 1.0)
+    assert pulled_chain.along_the_chain(here.problem, here.x, [np.zeros((16, 4))]) is None
+    assert np.isfinite(pulled(here, [np.zeros((16, 4))]).in_plane.x).all()
 
 
 def test_a_chained_strip_keeps_its_energy_and_its_bending_in_the_plane():
