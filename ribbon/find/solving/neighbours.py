@@ -6,7 +6,7 @@ case has alone, somewhere between the state that a start of its own leads to is 
 followed: the line is then cut there, or into halves, and its parts are gone so, each between two cases solved alone,
 down to a few that go alone. The check sees every part along which the state changes once. It cannot see one along which
 it changes and changes back: what is found there is a stable state, the neighbours' own, and may be another than the
-case has alone.
+case has alone. Where the way of a state alone is long, cases that are each other's check are nearer to each other.
 """
 
 from __future__ import annotations
@@ -35,6 +35,9 @@ FloatArray = NDArray[np.float64]
 SAME = 1e-8
 #: Distance of two cases up to which those between go alone.
 FEWEST = 5
+#: Newton's steps of a state alone from which its way is long enough to end elsewhere than its neighbours', and distance
+#: of two cases that are each other's check there.
+_LONG_WAY, _RUGGED = 20, 16
 _follow: Any = chained_line.follow
 
 
@@ -99,7 +102,11 @@ class _Line:
             between = range(begin + 1, end)
             self.alone |= zip(between, self.solved(between) if between else (), strict=True)
             return
-        fit = _is_followed(self.alone[begin]) and _is_followed(self.alone[end])
+        ends = self.alone[begin], self.alone[end]
+        if end - begin > _RUGGED and max(state.iterations for state in ends) > _LONG_WAY:
+            self._cut(begin, (begin + end) // 2, end)
+            return
+        fit = all(map(_is_followed, ends))
         came = self._followed(begin, end) if fit else None
         if came is None or (came > end and not _alike(self.alone[end], self.x[end])):
             place = (begin + end) // 2
@@ -107,6 +114,10 @@ class _Line:
             return
         else:  # the case before it is its own check; what cannot be followed goes alone
             place = came - 1 if came - 1 > begin + FEWEST else begin + FEWEST
+        self._cut(begin, place, end)
+
+    def _cut(self, begin: int, place: int, end: int) -> None:
+        """Both parts of the line, each for itself."""
         self.numbers[begin + 1 : end + 1] = np.nan
         self.alone[place] = self.solved([place])[0]
         self.go(begin, place)
