@@ -46,3 +46,16 @@ def test_no_size_is_told_in_a_wrong_prefix(size):
     text = wording.force(np.array([size, 0.0, 0.0]), UNITS)
     unit = text.partition(" (")[0].split()[-1]
     assert numbers(text)[0] * scale[unit] == pytest.approx(size * UNITS.force, rel=1e-3)
+
+
+def test_an_error_has_the_prefix_of_what_it_stands_beside():
+    error = wording.within(2e-7, "moment", UNITS, beside=13.0)
+    assert error.endswith(" N mm")
+    assert numbers(error) == pytest.approx([2e-7 * 1.9e-4 / 0.3 * 1e3], rel=0.05)
+    assert not wording.within(2e-7, "moment", UNITS).endswith(" N mm")
+
+
+def test_of_a_length_that_rounding_leaves_only_the_bound_is_told():
+    assert wording.length(UNITS, 3e-15) == wording.length(UNITS, -4e-11) == wording.length(Units(), 1e-12)
+    assert numbers(wording.length(UNITS, 3e-15)) == [1e-7]
+    assert numbers(wording.length(UNITS, 2e-9)) == pytest.approx([0.3 * 2e-9 * 1e9], rel=1e-2)

@@ -103,6 +103,13 @@ def tape():
     return scene, solve(scene, options=Options(error=True))
 
 
+def test_a_point_that_is_held_is_not_called_a_clamp(tape):
+    scene, state = tape
+    hinged = scene.replace({"clamp.start.tangent": None, "clamp.start.normal": None})
+    assert "the clamp" in answer(scene, state).text
+    assert "the clamp" not in answer(hinged, state).text
+
+
 def test_solve_answers_where_the_free_end_hangs(tape):
     scene, state = tape
     state = replace(state, error=1e-4)
