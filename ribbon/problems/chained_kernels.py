@@ -31,6 +31,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ribbon.element import weight
 from ribbon.element.element import elastic_jet, elastic_value
 from ribbon.element.free_series import parameter_count
 from ribbon.element.kinematics import segment_values
@@ -80,13 +81,15 @@ def energy_parts(q, lengths, material, loads, position, parts):
         parts[0] += bending
         parts[1] += own
     if loads.gamma != 0.0:
-        free = has_free_twist(material.code)
-        parts[2] = loads.gamma * _height(free, q, lengths, loads.up, position, loads.frame, loads.limit)
+        if has_free_twist(material.code):
+            parts[2] = loads.gamma * _height(q, lengths, loads.up, position, loads.frame, loads.limit)
+        else:
+            parts[2] = loads.gamma * weight.height(q, lengths, loads, position)
 
 
 @njit(cache=True)
-def _height(free, q, lengths, up, position, frame, limit):
-    """int <r, up> ds over the ribbon (units l^2)."""
+def _height(q, lengths, up, position, frame, limit):
+    """int <r, up> ds over the ribbon (units l^2) of a free twist."""
     f = np.empty((3, 3))
     p = np.empty(3)
     j = np.empty(3)
@@ -101,7 +104,7 @@ def _height(free, q, lengths, up, position, frame, limit):
         total += position[k] * up[k] * behind
     for i in range(lengths.size):
         behind -= lengths[i]
-        segment_values(free, q[i], lengths[i], limit, f, p, j)
+        segment_values(True, q[i], lengths[i], limit, f, p, j)
         for k in range(3):
             total += g[k] * (j[k] + behind * p[k])
             new[k] = f[0, k] * g[0] + f[1, k] * g[1] + f[2, k] * g[2]
@@ -125,8 +128,18 @@ def load_derivatives(free, q, lengths, loads, local, u, v):
     """Adds the jets of weight and end force to `local` (p, components) (value left alone) and fills the factors u, v
     (p, 4 or 6, 3).
 
-    Symbols as in the module; loads: `ribbon.problems.arguments.Loads`.
+    Symbols as in the module; loads: `ribbon.problems.arguments.Loads`. Weight alone on a strip with rulings is derived
+    by the balance of moments (`ribbon.element.weight`), which gives the same for half of the work.
     """
+    if not free and not loads.pulled:
+        weight.derivatives(q, lengths, loads, local, u, v)
+    else:
+        framed_derivatives(free, q, lengths, loads, local, u, v)
+
+
+@njit(cache=True)
+def framed_derivatives(free, q, lengths, loads, local, u, v):
+    """As `load_derivatives`, by the jets of frame, chord and chord integral, whatever the loads and the fields."""
     gamma, up, force = loads.gamma, loads.up, loads.force
     p = lengths.size
     components = local.shape[1]
