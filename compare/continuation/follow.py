@@ -153,11 +153,10 @@ def _met(
         event = locate.broken(here, there, ahead, options)
         if event is None:
             return None
-        special, there = event
-        before_it = locate.specials(here, special.point, special.point.arc - here.arc, options)
-        if before_it is None:
-            return None
-        return there, ahead, [*before_it, special], False
+        met, there = event
+        place = met[0].point
+        before_it = locate.specials(here, place, place.arc - here.arc, options)
+        return None if before_it is None else (there, ahead, [*before_it, *met], False)
     between = locate.specials(here, there, ahead, options)
     return None if between is None else (there, ahead, between, landed)
 

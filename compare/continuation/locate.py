@@ -242,9 +242,9 @@ def _groups(roots: list[float], near: float) -> list[list[float]]:
     return groups
 
 
-def broken(before: Point, after: Point, reach: float, options: Options) -> tuple[Special, Point] | None:
-    """The first condition of one side that is broken between two neighbours, where it is, and the branch's next point
-    behind it; None where that cannot be told."""
+def broken(before: Point, after: Point, reach: float, options: Options) -> tuple[list[Special], Point] | None:
+    """The first condition of one side that is broken between two neighbours, where it is, with those that change with
+    it there, and the branch's next point behind it; None where that cannot be told."""
     slacks = after.system.slacks(after.z, after.t)
     between = Between(before, reach, after, options)
     first: tuple[float, int] | None = None
@@ -270,15 +270,20 @@ def broken(before: Point, after: Point, reach: float, options: Options) -> tuple
         here = between.point(first[0])
     except ArithmeticError:
         return None
-    carried, what = _carried(here, first[1])
+    numbers: tuple[int, ...] = (first[1],)
+    carried, words = _carried(here, first[1])
     if carried is None:
         return None
     tight = _tight(here, carried)
     if len(tight) > 1:
-        carried, what = _together(here, tight) or (carried, what)
+        carried, words, numbers = _together(here, tight) or (carried, words, numbers)
     change = carried.unstable - here.unstable
     nothing = np.zeros((here.system.size, 0))
-    return Special("event", here, nothing, (), before, reach, change, what, condition=first[1]), carried
+    *rest, last = (
+        Special("event", here, nothing, (), before, reach, 0, what, condition=number)
+        for what, number in zip(words, numbers, strict=True)
+    )
+    return [*rest, replace(last, change=change)], carried
 
 
 def leaves_convexity(before: Point, after: Point) -> bool:
@@ -307,17 +312,17 @@ def unposed(before: Point, after: Point, reach: float, options: Options) -> Spec
     return Special("event", here, np.zeros((here.system.size, 0)), (), before, reach, 0, UNPOSED, condition=LOST)
 
 
-def _carried(here: Point, condition: int) -> tuple[Point | None, str]:
+def _carried(here: Point, condition: int) -> tuple[Point | None, list[str]]:
     """The same equilibrium in the system in which the condition has changed, its tangent on the side on which it is
     kept, and what happened."""
-    point, what = _changed(here, (condition,))
+    point, words = _changed(here, (condition,))
     if point is None:
-        return None, what
-    return (point if _rates(point)[condition] >= 0.0 else point.turned()), what
+        return None, words
+    return (point if _rates(point)[condition] >= 0.0 else point.turned()), words
 
 
-def _changed(here: Point, conditions: Sequence[int]) -> tuple[Point | None, str]:
-    """The same equilibrium in the system in which these conditions have changed, and what happened."""
+def _changed(here: Point, conditions: Sequence[int]) -> tuple[Point | None, list[str]]:
+    """The same equilibrium in the system in which these conditions have changed, and what happened, of each."""
     dz, dt = here.tangent
     system, z, directions, words = here.system, here.z, dz[:, None], []
     for condition in conditions:
@@ -325,7 +330,7 @@ def _changed(here: Point, conditions: Sequence[int]) -> tuple[Point | None, str]
         words.append(what)
     found = tangent(system, z, here.t, (directions[:, 0], dt))
     point = None if found is None else replace(here, system=system, z=z, tangent=found[0], unstable=found[1])
-    return point, ", ".join(words)
+    return point, words
 
 
 def _rates(point: Point) -> FloatArray:
@@ -352,7 +357,7 @@ def _keeps(point: Point, conditions: Sequence[int] | NDArray[np.int64]) -> bool:
     return bool((slacks >= -BROKEN).all() and (_rates(point)[conditions] >= -_FALLS).all())
 
 
-def _together(here: Point, tight: Sequence[int]) -> tuple[Point, str] | None:
+def _together(here: Point, tight: Sequence[int]) -> tuple[Point, list[str], tuple[int, ...]] | None:
     """The same equilibrium with those of the conditions changed behind which none of them is broken; None where there
     are none.
 
@@ -360,10 +365,10 @@ def _together(here: Point, tight: Sequence[int]) -> tuple[Point, str] | None:
     bound from falling: a linear complementarity problem in the rates (S. M. Robinson 1980, doi:10.1287/moor.5.1.43;
     R. W. Cottle, J.-S. Pang & R. E. Stone 1992). One is the ray that was come along; of others the one ahead is taken.
     """
-    best: tuple[float, Point, str] | None = None
+    best: tuple[float, Point, list[str], tuple[int, ...]] | None = None
     for count in range(1, len(tight) + 1):
         for chosen in combinations(tight, count):
-            point, what = _changed(here, chosen)
+            point, words = _changed(here, chosen)
             if point is None:
                 continue
             for one in (point, point.turned()):
@@ -371,5 +376,5 @@ def _together(here: Point, tight: Sequence[int]) -> tuple[Point, str] | None:
                     continue
                 ahead = one.tangent[1] * here.tangent[1]
                 if best is None or ahead > best[0]:
-                    best = ahead, one, what
+                    best = ahead, one, words, chosen
     return None if best is None else best[1:]

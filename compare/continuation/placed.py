@@ -155,5 +155,5 @@ def _met(first: Point, after: Point, reach: float, options: Options) -> list[Spe
     slacks = after.system.slacks(after.z, after.t)
     if (slacks < -locate.BROKEN).any():
         event = locate.broken(first, after, reach, options)
-        return [] if event is None else [event[0]]
+        return [] if event is None else event[0]
     return locate.specials(first, after, reach, options) or []
