@@ -112,9 +112,7 @@ def _moved_once(point: Point, options: Options, landed: bool) -> Point | None:
     return None
 
 
-def _put(
-    system: System, z: FloatArray, along: Direction, point: Point, options: Options, landed: bool
-) -> Point | None:
+def _put(system: System, z: FloatArray, along: Direction, point: Point, options: Options, landed: bool) -> Point | None:
     """The equilibrium of a system beside z across a tangent, or, where `landed`, at the t of `point`."""
     across = (np.zeros(system.size), 1.0) if landed else along
     found = corrected(system, z, point.t, across, (z, point.t), 0.0, options.tolerance, CARRIED)
