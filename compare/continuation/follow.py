@@ -60,6 +60,9 @@ def follow(
         met = [one for one in (*met, *events) if there.arc - one.point.arc <= options.least]
         if _chatters(met):
             return Run(tuple(points), tuple(found), "stuck", refused)
+        if events and events[-1].condition == locate.LOST:
+            points.append(there)
+            return Run(tuple(points), tuple(found), "unposed", refused)
         if not events:
             there, more = carried_on(here, there, options, landed)
             found += [on_its_elements(special, options) for special in more]
@@ -128,23 +131,34 @@ def _last(
 def _passed(
     here: Point, there: Point, ahead: float, landed: bool, options: Options
 ) -> tuple[Point, float, list[Special], bool] | None:
-    """A step with what is special in it; it ends at the first condition that is broken."""
-    between: list[Special] = []
+    """A step with what is special in it; it ends at the first condition that is broken, or where the density ceases to
+    be convex."""
+    if not locate.leaves_convexity(here, there):
+        return _met(here, there, ahead, landed, options)
+    lost = locate.unposed(here, there, ahead, options)
+    if lost is None:
+        return None
+    found = _met(here, lost.point, lost.point.arc - here.arc, False, options)
+    if found is None or found[0] is not lost.point:
+        return found
+    return lost.point, ahead, [*found[2], lost], False
+
+
+def _met(
+    here: Point, there: Point, ahead: float, landed: bool, options: Options
+) -> tuple[Point, float, list[Special], bool] | None:
+    """A step up to the first condition that is broken."""
     slacks = there.system.slacks(there.z, there.t)
     if np.any(slacks < -locate.BROKEN):
         event = locate.broken(here, there, ahead, options)
         if event is None:
             return None
-        special, there = event
-        before_it = locate.specials(here, special.point, special.point.arc - here.arc, options)
-        if before_it is None:
-            return None
-        return there, ahead, [*before_it, special], False
-    special_points = locate.specials(here, there, ahead, options)
-    if special_points is None:
-        return None
-    between += special_points
-    return there, ahead, between, landed
+        met, there = event
+        place = met[0].point
+        before_it = locate.specials(here, place, place.arc - here.arc, options)
+        return None if before_it is None else (there, ahead, [*before_it, *met], False)
+    between = locate.specials(here, there, ahead, options)
+    return None if between is None else (there, ahead, between, landed)
 
 
 def _landed(

@@ -10,11 +10,13 @@ Eigenvalues are counted by inertia; each that passes is a smooth function of the
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import scipy  # its parts are loaded where they are first used
+from numpy.typing import NDArray
 
 from compare.continuation import bordered
 from compare.continuation.correct import at, tangent
@@ -36,8 +38,14 @@ BROKEN = 1e-10
 #: Points around a branch that is left, their distance at the least (arc length), and the part of the eigenvalues there
 #: that is none at the place itself.
 _NODES, _AROUND, TOUCH = np.array([-2.5, -1.5, -0.5, 0.5, 1.5, 2.5]), 0.01, 1e-2
+#: What happens where the density ceases to be convex, and the number that this has among conditions of one side.
+UNPOSED, LOST = "its energy is no more convex in curvature and twist: beyond, elements alone set its modes", -1
+#: Slack of a condition that is met where another one is, and how many of them are gone through at the most.
+TIGHT, MANY = 1e-6, 5
 #: Step along the tangent by which it is told on which side a condition is kept.
 _TRIED = 1e-6
+#: Change of a slack in that step below which it falls.
+_FALLS = 1e-11
 
 
 class Between:
@@ -94,21 +102,19 @@ class Between:
         return known if abs(value(self._seen[known])) <= JUMP * abs(b - a) else None
 
 
-def _critical(index: int, count: int) -> Callable[[Point], float]:
-    """The eigenvalue that is number `index` of all, ascending, as far as it is one of the `count` nearest zero."""
-    seen: dict[int, float] = {}
+def _critical(index: int, count: int, seen: dict[int, FloatArray]) -> Callable[[Point], float]:
+    """The eigenvalue that is number `index` of all, ascending, as far as it is one of the `count` nearest zero; seen:
+    those of points that others have asked for already."""
 
     def value(point: Point) -> float:
         if id(point) not in seen:
-            values = _values(point, count)
-            negative = int((values < 0.0).sum())
-            place = index - point.unstable + negative
-            if 0 <= place < values.size:
-                seen[id(point)] = float(values[place])
-            else:
-                far = float(np.abs(values).max()) * 2.0
-                seen[id(point)] = -far if index < point.unstable else far
-        return seen[id(point)]
+            seen[id(point)] = _values(point, count)
+        values = seen[id(point)]
+        place = index - point.unstable + int((values < 0.0).sum())
+        if 0 <= place < values.size:
+            return float(values[place])
+        far = float(np.abs(values).max()) * 2.0
+        return -far if index < point.unstable else far
 
     return value
 
@@ -145,8 +151,9 @@ def specials(before: Point, after: Point, reach: float, options: Options) -> lis
         return None if touched is None else [Special("branch_point", *touched, before, reach, 0)]
     try:
         roots = []
+        seen: dict[int, FloatArray] = {}
         for index in range(low, low + abs(change)):
-            found = between.root(_critical(index, abs(change) + 2))
+            found = between.root(_critical(index, abs(change) + 2, seen))
             if found is None:
                 return None
             roots.append(found)
@@ -235,9 +242,9 @@ def _groups(roots: list[float], near: float) -> list[list[float]]:
     return groups
 
 
-def broken(before: Point, after: Point, reach: float, options: Options) -> tuple[Special, Point] | None:
-    """The first condition of one side that is broken between two neighbours, where it is, and the branch's next point
-    behind it; None where that cannot be told."""
+def broken(before: Point, after: Point, reach: float, options: Options) -> tuple[list[Special], Point] | None:
+    """The first condition of one side that is broken between two neighbours, where it is, with those that change with
+    it there, and the branch's next point behind it; None where that cannot be told."""
     slacks = after.system.slacks(after.z, after.t)
     between = Between(before, reach, after, options)
     first: tuple[float, int] | None = None
@@ -249,6 +256,8 @@ def broken(before: Point, after: Point, reach: float, options: Options) -> tuple
                 return float(point.system.slacks(point.z, point.t)[one])
 
             if slack(before) <= BROKEN:
+                if slack(before) >= -BROKEN and _rates(before)[one] > _FALLS:
+                    return None  # it is kept first, and broken further on
                 place: float | None = 0.0
             else:
                 place = between.root(slack)
@@ -261,24 +270,111 @@ def broken(before: Point, after: Point, reach: float, options: Options) -> tuple
         here = between.point(first[0])
     except ArithmeticError:
         return None
-    carried, what = _carried(here, first[1])
+    numbers: tuple[int, ...] = (first[1],)
+    carried, words = _carried(here, first[1])
     if carried is None:
         return None
+    tight = _tight(here, carried)
+    if len(tight) > 1:
+        carried, words, numbers = _together(here, tight) or (carried, words, numbers)
     change = carried.unstable - here.unstable
     nothing = np.zeros((here.system.size, 0))
-    return Special("event", here, nothing, (), before, reach, change, what, condition=first[1]), carried
+    *rest, last = (
+        Special("event", here, nothing, (), before, reach, 0, what, condition=number)
+        for what, number in zip(words, numbers, strict=True)
+    )
+    return [*rest, replace(last, change=change)], carried
 
 
-def _carried(here: Point, condition: int) -> tuple[Point | None, str]:
+def leaves_convexity(before: Point, after: Point) -> bool:
+    """Whether the density ceases to be convex between two neighbours, and it matters: a state without an unstable mode
+    (a ruling that turns beside a clamp that holds it straight) has none of the elements' own."""
+    return bool(after.unstable) and (
+        before.system.convexity(before.z, before.t) > BROKEN and after.system.convexity(after.z, after.t) < -BROKEN
+    )
+
+
+def unposed(before: Point, after: Point, reach: float, options: Options) -> Special | None:
+    """Where the density between two neighbours ceases to be convex, an event behind which no branch is followed; None
+    where it does not, or that cannot be told."""
+
+    def slack(point: Point) -> float:
+        return point.system.convexity(point.z, point.t)
+
+    between = Between(before, reach, after, options)
+    try:
+        place = between.root(slack)
+        if place is None:
+            return None
+        here = between.point(place)
+    except ArithmeticError:
+        return None
+    return Special("event", here, np.zeros((here.system.size, 0)), (), before, reach, 0, UNPOSED, condition=LOST)
+
+
+def _carried(here: Point, condition: int) -> tuple[Point | None, list[str]]:
     """The same equilibrium in the system in which the condition has changed, its tangent on the side on which it is
     kept, and what happened."""
+    point, words = _changed(here, (condition,))
+    if point is None:
+        return None, words
+    return (point if _rates(point)[condition] >= 0.0 else point.turned()), words
+
+
+def _changed(here: Point, conditions: Sequence[int]) -> tuple[Point | None, list[str]]:
+    """The same equilibrium in the system in which these conditions have changed, and what happened, of each."""
     dz, dt = here.tangent
-    system, z, directions, what = here.system.beyond(here.z, here.t, condition, dz[:, None])
+    system, z, directions, words = here.system, here.z, dz[:, None], []
+    for condition in conditions:
+        system, z, directions, what = system.beyond(z, here.t, condition, directions)
+        words.append(what)
     found = tangent(system, z, here.t, (directions[:, 0], dt))
-    if found is None:
-        return None, what
-    ahead, unstable = found
-    point = replace(here, system=system, z=z, tangent=ahead, unstable=unstable)
-    step = _TRIED * system.reach(z, ahead[0])
-    rate = system.slacks(z + step * ahead[0], here.t + step * ahead[1]) - system.slacks(z, here.t)
-    return (point if rate[condition] >= 0.0 else point.turned()), what
+    point = None if found is None else replace(here, system=system, z=z, tangent=found[0], unstable=found[1])
+    return point, words
+
+
+def _rates(point: Point) -> FloatArray:
+    """Change of every slack (k,) in a step of `_TRIED` along the tangent."""
+    system, (dz, dt) = point.system, point.tangent
+    step = _TRIED * system.reach(point.z, dz)
+    return system.slacks(point.z + step * dz, point.t + step * dt) - system.slacks(point.z, point.t)
+
+
+def _tight(here: Point, carried: Point) -> list[int]:
+    """Conditions that are met at one place, if the branch behind a change of one of them breaks another there: else
+    none. With their numbers the same before and behind it."""
+    slacks, after = (one.system.slacks(one.z, one.t) for one in (here, carried))
+    if slacks.size != after.size:
+        return []
+    met = np.flatnonzero((np.abs(slacks) <= TIGHT) & (np.abs(after) <= TIGHT))
+    several = 1 < met.size <= MANY and not _keeps(carried, met)
+    return [int(one) for one in met] if several else []
+
+
+def _keeps(point: Point, conditions: Sequence[int] | NDArray[np.int64]) -> bool:
+    """Whether these are kept at a point and do not fall along its tangent."""
+    slacks = point.system.slacks(point.z, point.t)[conditions]
+    return bool((slacks >= -BROKEN).all() and (_rates(point)[conditions] >= -_FALLS).all())
+
+
+def _together(here: Point, tight: Sequence[int]) -> tuple[Point, list[str], tuple[int, ...]] | None:
+    """The same equilibrium with those of the conditions changed behind which none of them is broken; None where there
+    are none.
+
+    Branches that end at one place are rays, one for every choice of conditions in force that keeps all slacks at their
+    bound from falling: a linear complementarity problem in the rates (S. M. Robinson 1980, doi:10.1287/moor.5.1.43;
+    R. W. Cottle, J.-S. Pang & R. E. Stone 1992). One is the ray that was come along; of others the one ahead is taken.
+    """
+    best: tuple[float, Point, list[str], tuple[int, ...]] | None = None
+    for count in range(1, len(tight) + 1):
+        for chosen in combinations(tight, count):
+            point, words = _changed(here, chosen)
+            if point is None:
+                continue
+            for one in (point, point.turned()):
+                if not _keeps(one, tight):
+                    continue
+                ahead = one.tangent[1] * here.tangent[1]
+                if best is None or ahead > best[0]:
+                    best = ahead, one, words, chosen
+    return None if best is None else best[1:]

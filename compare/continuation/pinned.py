@@ -133,6 +133,10 @@ class Pinned:
         """Whether they are fine enough."""
         return self.own.resolved(z, t)
 
+    def convexity(self, z: FloatArray, t: float) -> float:
+        """Its own."""
+        return self.own.convexity(z, t)
+
     def finer(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Self, FloatArray, FloatArray]:
         """On elements half as long."""
         return self._with(self.own.finer(z, t, self._beside(directions)))

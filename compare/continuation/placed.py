@@ -11,13 +11,16 @@ from dataclasses import replace
 import numpy as np
 
 from compare.continuation import locate
-from compare.continuation.correct import CARRIED, at, corrected, tangent
+from compare.continuation.correct import CARRIED, Direction, at, corrected, tangent
 from compare.continuation.point import Options, Point, Special
+from compare.continuation.system import FloatArray, System
 
 #: Windows around the step in which it was found, in units of it, in which it is looked for.
 WINDOWS = ((0.0, 1.0), (-0.5, 1.5), (-1.0, 2.0), (-2.0, 3.0))
 #: How far before a special point, over the step in which it was found, elements move to it.
 BESIDE = 0.1
+#: Rounds in which conditions of one side change with the elements, at the most.
+CHANGES = 12
 #: Times that elements move at one point at the most.
 ROUNDS = 4
 
@@ -94,7 +97,23 @@ def _moved_once(point: Point, options: Options, landed: bool) -> Point | None:
     system, z, directions = point.system.moved(point.z, point.t, dz[:, None])
     if system is point.system:
         return None
-    along = directions[:, 0], dt
+    found = _put(system, z, (directions[:, 0], dt), point, options, landed)
+    for _ in range(CHANGES):
+        if found is None:
+            return None
+        slacks = found.system.slacks(found.z, found.t)
+        broken = np.flatnonzero(slacks < -locate.BROKEN)
+        if not broken.size:
+            return found
+        system, z, directions = found.system, found.z, found.tangent[0][:, None]
+        for condition in broken:  # those that push a little on these elements may pull on those: they change together
+            system, z, directions, _ = system.beyond(z, found.t, int(condition), directions)
+        found = _put(system, z, (directions[:, 0], found.tangent[1]), found, options, landed)
+    return None
+
+
+def _put(system: System, z: FloatArray, along: Direction, point: Point, options: Options, landed: bool) -> Point | None:
+    """The equilibrium of a system beside z across a tangent, or, where `landed`, at the t of `point`."""
     across = (np.zeros(system.size), 1.0) if landed else along
     found = corrected(system, z, point.t, across, (z, point.t), 0.0, options.tolerance, CARRIED)
     side = None if found is None else tangent(system, found[0], found[1], along)
@@ -124,8 +143,15 @@ def around(start: Point, special: Special, step: float, options: Options) -> Spe
 
 
 def _found(first: Point, after: Point, reach: float, options: Options) -> list[Special]:
+    if locate.leaves_convexity(first, after):
+        lost = locate.unposed(first, after, reach, options)
+        return [] if lost is None else [*_met(first, lost.point, lost.point.arc - first.arc, options), lost]
+    return _met(first, after, reach, options)
+
+
+def _met(first: Point, after: Point, reach: float, options: Options) -> list[Special]:
     slacks = after.system.slacks(after.z, after.t)
     if (slacks < -locate.BROKEN).any():
         event = locate.broken(first, after, reach, options)
-        return [] if event is None else [event[0]]
+        return [] if event is None else event[0]
     return locate.specials(first, after, reach, options) or []

@@ -80,6 +80,10 @@ class System(Protocol):
     def resolved(self, z: FloatArray, t: float) -> bool:
         """Whether its elements are fine enough for the shape z that what they say of it is believed."""
 
+    def convexity(self, z: FloatArray, t: float) -> float:
+        """Least slack of Legendre's condition, above zero where the density is convex all along: else waves as short as
+        one likes lower the energy, and modes and branch points are those of the elements. inf: it cannot be lost."""
+
     def finer(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[System, FloatArray, FloatArray]:
         """The system on elements half as long, z and directions (n, k) carried over, not yet an equilibrium."""
 
@@ -115,6 +119,10 @@ class Unbounded:
     def resolved(self, z: FloatArray, t: float) -> bool:
         """They are."""
         return True
+
+    def convexity(self, z: FloatArray, t: float) -> float:
+        """It cannot be lost."""
+        return np.inf
 
 
 def rate_by_differences(residual: Callable[[FloatArray, float], FloatArray], z: FloatArray, t: float) -> FloatArray:

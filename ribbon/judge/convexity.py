@@ -52,6 +52,15 @@ def share(problem: Problem, x: FloatArray) -> float | None:
     return float(np.sum(np.diff(s, axis=1) * 0.5 * (bad[:, 1:].astype(float) + bad[:, :-1])))
 
 
+def curved_slack(omega: FloatArray, eta: FloatArray, natural: FloatArray, poisson: float) -> FloatArray:
+    """omega^2 (1 + eta^2) - nu K omega, 1/l^2, like omega (k,), 1/l, eta (k,) and K (k,), 1/l: Sadowsky's density is
+    convex in curvature and twist where it is positive (docs/theory.md, eq. (6.4)).
+
+    With k = omega, t = eta omega the density 1/2 (k^2 + t^2)^2 / k^2 - K (k + nu t^2 / k) has e_tt = 2 + 6 eta^2 -
+    2 nu K / k and the determinant (1 + eta^2)^2 (2 (1 + eta^2) - 2 nu K / k)."""
+    return np.asarray(omega * omega * (1.0 + eta * eta) - poisson * natural * omega)
+
+
 def lowest(numbers: FloatArray, thickness: float) -> FloatArray:
     """Lowest eigenvalue (m,) of e_vv + e_dd / h^2, from the fifteen numbers (m, 15) of `ribbon.energies.free`; what is
     rounding is zero, and where one is not finite it is -inf."""

@@ -250,7 +250,16 @@ def _told(scene: Scene, e: Equilibrium, row: _Row, response: Response | errors.N
     held = response.work if row.load else abs(response.energy + row.constant)
     force, share = _force(e, response)
     energy = held / whole if whole > _STRAIGHT * scene.gamma else None
-    return Priced(row.effect, row.on, moves, error, energy, force, share, row.why, row.pair, doubtful=error is None)
+    energy, why = (energy, row.why) if row.load else _of_whole(energy, row.why)
+    return Priced(row.effect, row.on, moves, error, energy, force, share, why, row.pair, doubtful=error is None)
+
+
+def _of_whole(energy: float | None, why: str) -> tuple[float | None, str]:
+    """The share of the elastic energy that a term holds, None above one: a strip all but in its rest shape has next to
+    no elastic energy, of which what makes that shape is no share."""
+    if energy is None or energy <= 1.0:
+        return energy, why
+    return None, f"{why}: {energy:.2g} times the elastic energy of this state, of which it is no share"
 
 
 def _beyond(scene: Scene, e: Equilibrium, response: Response, moves: float) -> float | None:

@@ -26,6 +26,7 @@ PICTURE, RECORD, SHAPES = "branches.png", "branches.json", "shapes.npz"
 ENDS = {
     "range": "an end of the range", "closed": "back at its beginning", "steps": "its last allowed point",
     "stuck": "a point behind which none was found",
+    "unposed": "the last point at which its energy is convex",
     "unresolved": "the last point that its elements resolve", "stopped": "the end of the time",
 }  # fmt: skip
 

@@ -20,6 +20,8 @@ from compare.studies.branches.diagram import BranchPoint
 LINE = 101
 #: Meshes on which a point is found: as asked, and so many times halved.
 HALVINGS = 2
+#: Regular points of a branch that are walked to on one mesh, at the most: the others do not settle.
+WALKS = 60
 #: To what a special point is located on its mesh, in t.
 LOCATED = 1e-9
 
@@ -65,12 +67,14 @@ class Measured:
     def _finer(self, points: Sequence[Point], coarse: Sequence[Point | None]) -> list[Point | None]:
         """On elements half as long as those of `coarse`: from there, else from the one before; points: the branch's."""
         found: list[Point | None] = []
+        walks = 0
         for k, (point, here) in enumerate(zip(points, coarse, strict=True)):
             level = is_level(point)
             finer = None if here is None or self.spent() else refined(here, level, self.options)
-            if finer is None and k and level and is_level(points[k - 1]) and not self.spent():
-                before = found[k - 1]
-                finer = None if before is None else continued(before, point.t, self.options)
+            before = found[k - 1] if k and level and is_level(points[k - 1]) and walks < WALKS else None
+            if finer is None and before is not None and not self.spent():
+                walks += 1
+                finer = continued(before, point.t, self.options)
             found.append(finer)
         return found
 

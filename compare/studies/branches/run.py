@@ -42,6 +42,8 @@ from ribbonbench.threads import alone
 MOVES = 1e-9
 #: How far beside its first equilibrium that is looked at too.
 BESIDE = 1e-3
+#: Events of a branch that are located on finer elements, at the most.
+EVENTS = 24
 #: Branches of a model, and points of a branch, at the most.
 BRANCHES, STEPS = 8, 200
 
@@ -277,8 +279,11 @@ class _Models:
         if fallen is not None:
             what = "it falls by other rulings of its straight part"
             made.append((fallen.point.arc, 0, 0, replace(self.measured.plain(fallen.point, "ruling"), what=what)))
+        events = 0
         for special in run.specials:
-            made.append((special.point.arc, 0, special.change, self.measured.located(special, image is not None)))
+            events += special.kind == "event"
+            once = image is not None or (special.kind == "event" and events > EVENTS)
+            made.append((special.point.arc, 0, special.change, self.measured.located(special, once)))
         made.sort(key=lambda entry: entry[:2])
         points: list[BranchPoint] = []
         count = run.points[0].unstable

@@ -188,6 +188,10 @@ class Confined:
         """Elements are parts of arcs, and move with them."""
         return self, z, directions
 
+    def convexity(self, z: FloatArray, t: float) -> float:
+        """Its rulings are straight."""
+        return float("inf")
+
     def resolved(self, z: FloatArray, t: float) -> bool:
         """What they leave is told by finer ones, where a special point is; whether nothing is behind a plane."""
         setting = self.setting_at(t)

@@ -19,8 +19,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon import law
 from ribbon.find.branch import layers, walls
 from ribbon.find.branch.passages import Grading, passed
+from ribbon.judge.convexity import curved_slack
 from ribbon.problems import prolonged
 from ribbon.problems.layout import ETA, POSITION, QUATERNION, SLOPE, STRIDE
 from ribbon.problems.mixed import MixedProblem
@@ -384,6 +386,22 @@ class Equations:
         ones."""
         return layers.missed(self.problem(t), *self.whole(z, t)) <= RESOLVED
 
+    def convexity(self, z: FloatArray, t: float) -> float:
+        """Least slack of Legendre's condition at the joints whose ruling is free (docs/theory.md, eq. (6.4)), 1/l^2;
+        inf for energies that have gradients of what varies, and a naturally flat strip."""
+        problem = self.problem(t)
+        strip = problem.strip
+        if problem.energy not in WITHOUT_GRADIENTS or not strip.poisson:
+            return float("inf")
+        joints = np.concatenate([[0.0], np.cumsum(self.lengths)])
+        natural = law.at(strip.curvature, joints)
+        if not natural.any():
+            return float("inf")
+        omega, eta = problem.joint_values(self.whole(z, t)[0])
+        lower, upper = problem.bounds()
+        turns = (lower != upper)[problem.layout.columns(ETA)]
+        return float(curved_slack(omega, eta, natural, strip.poisson)[turns].min(initial=np.inf))
+
     def finer(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Equations, FloatArray, FloatArray]:
         """Every segment cut in two; graded ones by the grading that is twice as fine."""
         if self.grading is None:
@@ -448,6 +466,8 @@ class Equations:
 
 #: Energies that are finite where a ruling's slope is on its bound.
 FINITE_ON_BOUNDS = ("sadowsky",)
+#: Energies of rulings without a gradient in the density.
+WITHOUT_GRADIENTS = ("sadowsky",)
 
 
 def _rulings_of_nothing(problem: MixedProblem, x: FloatArray) -> BoolArray:

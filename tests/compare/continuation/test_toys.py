@@ -233,6 +233,23 @@ class _LettingGo(_Resting):
 
 
 @dataclass(frozen=True)
+class _Cornered(_Resting):
+    """Two conditions are met at t = 0.05, of which a change of one alone breaks the other, and back: with both changed
+    the branch goes on, and a third one is met at 0.5."""
+
+    gone: frozenset[int] = frozenset()
+
+    def slacks(self, z, t):
+        past = t - 0.05
+        both = {0, 1} <= self.gone
+        pair = [past if both else (abs(past) if k in self.gone else -past) for k in range(2)]
+        return np.array([*pair, t - 0.5 if 2 in self.gone else 0.5 - t])
+
+    def beyond(self, z, t, condition, directions):
+        return replace(self, gone=self.gone ^ {condition}), z, directions, f"{condition} changes"
+
+
+@dataclass(frozen=True)
 class _One:
     unstable: int = 0
 
@@ -258,3 +275,33 @@ def test_conditions_that_change_at_one_place_once_each_do_not_end_a_branch():
     assert {special.condition for special in run.specials} == set(range(12))
     assert [special.point.t for special in run.specials] == pytest.approx([0.05] * 12, abs=1e-9)
     assert run.points[-1].t == 1.0
+
+
+def test_conditions_that_are_met_at_one_place_change_together():
+    """Sadowsky's arch on moving elements: two bounds of rulings that are mirror images, each broken by the other."""
+    run = follow(first_point(_Cornered(), np.zeros(1), 0.0, 1e-10))
+    assert run.ended == "range"
+    assert [special.condition for special in run.specials] == [0, 1, 2]
+    assert run.specials[0].point is run.specials[1].point
+    assert [special.point.t for special in run.specials] == pytest.approx([0.05, 0.05, 0.5], abs=1e-9)
+
+
+@dataclass(frozen=True)
+class _Curled(_Resting):
+    """Its density ceases to be convex at t = 0.4; it has an unstable mode where `unstable`."""
+
+    unstable: int = 1
+
+    def factor(self, z, t):
+        return _One(self.unstable)
+
+    def convexity(self, z, t):
+        return 0.4 - t
+
+
+@pytest.mark.parametrize(("unstable", "ended", "last"), [(1, "unposed", 0.4), (0, "range", 1.0)])
+def test_an_unstable_branch_ends_where_its_density_ceases_to_be_convex(unstable, ended, last):
+    run = follow(first_point(_Curled(unstable=unstable), np.zeros(1), 0.0, 1e-10))
+    assert run.ended == ended
+    assert run.points[-1].t == pytest.approx(last, abs=1e-10)
+    assert [special.kind for special in run.specials] == (["event"] if unstable else [])

@@ -74,6 +74,9 @@ class Toy:
     def resolved(self, z, t):
         return True
 
+    def convexity(self, z, t):
+        return np.inf
+
     def finer(self, z, t, directions):
         return self, z, directions
 

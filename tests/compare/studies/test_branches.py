@@ -21,6 +21,7 @@ from compare.models.branches.ribbon import equations
 from compare.scene.scene import load, loads
 from compare.studies.branches.along import Along
 from compare.studies.branches.run import Asked, branch, diagram
+from ribbon.judge.convexity import curved_slack
 from ribbonbench.errors import BadInput
 from shellref.elastica.problem import ElasticaProblem
 from tests.validation.workbench.on_edge_linear import developable
@@ -346,3 +347,63 @@ def test_points_without_time_are_unknown():
     assert freed.unstable(points, lambda point: next(told), lambda: False) == [True, False, False]
     assert freed.unstable(points, lambda point: Freed(None, lambda: iter(())), lambda: False) == [None, False, None]
     assert freed.unstable(points, lambda point: None, lambda: True) == [None, False, None]
+
+
+def test_a_curled_sadowsky_branch_ends_where_twist_has_no_stiffness_left():
+    """Behind it there is a branch point for nearly every element (17 of 20): it took minutes."""
+    scene = loads(CURLED)
+    (own,) = diagram(scene, "tip.force[0]", 0.0, 60.0, asked=Asked(branches=1, points=False)).branches
+    assert own.ended == "unposed"
+    fork, lost = own.special
+    assert (fork.kind, lost.kind) == ("branch_point", "event")
+    assert fork.settles
+    assert lost.settles
+    assert fork.settled.value < lost.settled.value
+    omega = own.points[-1].shape.equilibrium.omega([0.05, 0.5])
+    assert omega[0] == pytest.approx(0.4 * np.pi, abs=1e-6)  # nu K, at the first ruling that may turn
+    assert omega[1] > 0.4 * np.pi
+
+
+CURLED = """
+[strip]
+length = 1.0
+width = 0.03
+poisson = 0.4
+gamma = 0.0
+natural_curvature = 3.141592653589793
+[clamp.start]
+position = [0.0, 0.0, 0.0]
+tangent = [1.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+[tip]
+force = [0.0, 0.0, 0.0]
+[model]
+energy = "sadowsky"
+elements = 20
+"""
+
+
+def test_a_curled_strips_density_is_convex_where_its_slack_is_positive():
+    """By eigenvalues of the Hessian in curvature and twist: differences of a complex step."""
+    rng = np.random.default_rng(3)
+    natural, poisson, step = 2.0, 0.4, 1e-5
+
+    def density(k, t):
+        return 0.5 * (k * k + t * t) ** 2 / (k * k) - natural * (k + poisson * t * t / k)
+
+    def slope(k, t):
+        return np.array([density(k + 1e-30j, t).imag, density(k, t + 1e-30j).imag]) / 1e-30
+
+    signs = []
+    for k, eta in rng.uniform([-2.0, -1.0], [2.0, 1.0], (200, 2)):
+        t = k * eta
+        hessian = np.column_stack([
+            (slope(k + step * abs(k), t) - slope(k - step * abs(k), t)) / (2.0 * step * abs(k)),
+            (slope(k, t + step * abs(k)) - slope(k, t - step * abs(k))) / (2.0 * step * abs(k)),
+        ])  # fmt: skip
+        slack = float(curved_slack(np.array(k), np.array(eta), np.array(natural), poisson))
+        if abs(slack) > 1e-3:
+            signs.append(slack > 0.0)
+            assert (np.linalg.eigvalsh(0.5 * (hessian + hessian.T)).min() > 0.0) == signs[-1]
+    assert any(signs)
+    assert not all(signs)

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from compare.cli import DONE, main
 from compare.models import solve
@@ -193,3 +194,17 @@ def test_a_straight_strip_has_no_share_of_its_energy():
     assert abs(solve(hung).energy.elastic) < 1e-9 * hung.gamma
     assert all(one.energy is None for one in found.values())
     assert found["natural curvature"].moves > 0.0
+
+
+def test_what_is_worth_more_than_the_whole_elastic_energy_is_no_share_of_it():
+    """A strip near its rest shape has next to no elastic energy: its curl's share was a number above one."""
+    scene = loads(OWN.replace("{energy}", "wunderlich")).replace({"model.elements": 4, "strip.natural_curvature": 60.0})
+    state = solve(scene)
+    curl = next(one for one in chosen(scene).prices(scene, state) if one.effect == "natural curvature")
+    flat = float(trapezoid(0.5 * state.native.omega(np.linspace(0.0, 1.0, 401)) ** 2, dx=1.0 / 400))
+    whole = state.energy.elastic + 0.5 * scene.curvature[0] ** 2
+    assert flat > 10.0 * whole
+    assert curl.energy is None
+    assert "times the elastic energy" in curl.why
+    weight = next(one for one in chosen(scene).prices(scene, state) if one.effect == "gravity")
+    assert weight.energy is not None
