@@ -10,7 +10,7 @@ from typing import Any
 
 from compare.measure.mesh_limit import Settled, settled
 from tests.validation.number import Number
-from tests.validation.workbench.shift_followed import RIPPLE, Case
+from tests.validation.workbench.shift_followed import RIPPLE, Case, rippled
 
 #: Every mesh of a shell has elements so many times shorter than the one before.
 FINER = 1.5
@@ -156,6 +156,30 @@ class Thin:
         return Settled(out.value - back.value, out.error + back.error, None, out.settles and back.settles)
 
 
+@dataclass(frozen=True)
+class Shot:
+    """A ribbon's special points without elements (`shift_shot`): (shift, error), l, where U is lost, of the folds of US
+    in order, and where S is lost; integral: of the equations, by how much it changes."""
+
+    lost: tuple[float, float]
+    folds: tuple[tuple[float, float], ...]
+    flat: tuple[float, float]
+    integral: float
+
+    @classmethod
+    def of(cls, found: Mapping[str, Any]) -> Shot:
+        """From what `shift_shot.measured` keeps; pairs of folds nearer than `RIPPLE` to each other are left out."""
+        told = [(one["value"], one["error"]) for one in found["folds"]]
+        near = rippled(list(enumerate(value for value, _ in told)))
+        lost, flat = ((one["value"], one["error"]) for one in (found["lost"], found["flat"]))
+        return cls(lost, tuple(one for k, one in enumerate(told) if k not in near), flat, found["integral"])
+
+    def named(self) -> dict[str, tuple[float, float]]:
+        """By the words of the page's numbers."""
+        ends = dict(zip(("out", "back"), self.folds, strict=False))
+        return {"lost": self.lost, **ends, "flat": self.flat}
+
+
 Found = Sequence[Mapping[str, Any]]
 
 
@@ -163,7 +187,9 @@ def thin(meshes: Sequence[tuple[int, int]], arch: Found, odd: Found) -> Thin:
     """From what `shift_shells` found on each mesh."""
     pairs = []
     for found in arch:
-        turns = [float(shift) for shift, _ in found["folds"]]
+        turns, fork = [float(shift) for shift, _ in found["folds"]], _float(found["lost"])
+        if turns and turns[0] < fork:  # US leaves to the unstable side: U itself is the first place of a jump
+            turns.insert(0, fork)
         pairs.append(tuple(zip(turns[::2], turns[1::2], strict=False)))
     return Thin(
         tuple(meshes), tuple(_float(f["lost"]) for f in arch), tuple(_float(f["lost"]) for f in odd), tuple(pairs),

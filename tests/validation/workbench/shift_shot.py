@@ -1,0 +1,132 @@
+"""Thesis 7.2: folds and branch points of Wunderlich's ribbon without elements (`tests.reference.wunderlich_shooting`).
+
+The tilted branch is begun at one state of the ribbon of w/l = 1/20, taken over to other widths by the equations alone,
+and followed from there: up to U, which it meets where the clamps' force along the height is zero, and down to S, at
+height zero. Beside both the equations have a second branch, so that the shift is taken at a small distance and at half
+of it, and its limit from the two.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ribbon import Equilibrium
+from ribbon.find.branch.passages import Grading
+from ribbon.find.continuation import follow
+from tests.reference.wunderlich_shooting import Clamped, Found, brackets, fold, followed
+from tests.validation.workbench.shift_sweeps import ALONG, FIRST, Case
+
+#: The ribbon's state: 1 over w/l, shift, elements, steps from the arch; points at which its shape is read.
+BEGUN, SHIFT, PLACED, STEPS, POINTS = 20.0, 0.395, Grading(0.005, 0.001, 0.05), 12, 1200
+#: Height (l) at which the width is changed, and by how much at once.
+ACROSS, BY = 0.2, 1.08
+#: Intervals and tolerance; every special point once more on twice as many with a tenth of it.
+PARTS, TOLERANCE = 100, 1e-8
+#: Distances from U (force, D w / l^2) and S (height, l) at which the shift is taken, halved once. How the shift goes
+#: there: with the square of the distance, and, the passages of S meeting in its middle, nearly with its first power.
+TO_U, TO_S = 2.0, 2e-4
+#: Step along the branch: of its height and shift, l.
+STEP = 0.02
+
+
+def state(narrow: float = BEGUN, shift: float = SHIFT, placed: Grading = PLACED, steps: int = STEPS) -> Equilibrium:
+    """The stable tilted ribbon at a shift behind the one at which U is lost."""
+    case = Case("wunderlich", narrow)
+    return follow(
+        lambda t: case.problem(FIRST + (shift - FIRST) * t), case.arch(), steps=steps, leave_saddle=True, place=placed
+    )  # fmt: skip
+
+
+def begun(problem: Clamped, found: Equilibrium, shift: float) -> np.ndarray:
+    """Unknowns of the equations from a ribbon's shape, in the axes of its start clamp."""
+    s = np.linspace(0.0, 1.0, POINTS + 1)
+    axes = found.frame(s[:1])[0]
+    frames = np.einsum("ij,kil->kjl", axes, found.frame(s))
+    place = (found.position(s) - found.position(s[:1])) @ axes
+    joints = np.concatenate([[0.0], np.cumsum(found.problem.lengths)])
+    eta = np.asarray(found.problem.joint_values(found.x)[1])  # type: ignore[attr-defined]
+    on = np.clip(np.searchsorted(joints, s, side="right") - 1, 0, joints.size - 2)
+    x = 0.5 * problem.width * (np.diff(eta) / np.diff(joints))[on]
+    return problem.near(s, place, frames, np.stack([found.omega(s), found.eta(s), x], axis=1), shift)
+
+
+def across(found: Found, narrow: float) -> Found:
+    """The state of another w/l = 1 / `narrow` at the same height of its middle, step by step."""
+    here, before = 1.0 / found.problem.width, None
+    steps = int(np.ceil(abs(np.log(narrow / here)) / np.log(BY)))
+    for there in np.geomspace(here, narrow, steps + 1)[1:]:
+        start = found.v if before is None else 2.0 * found.v - before.v
+        problem = replace(found.problem, width=1.0 / there)
+        before, new = found, problem.newton(start, "height", found["height"])
+        if new is None:
+            raise AssertionError(f"w/l = 1/{there:g}: no state at a height of {found['height']:g} l")
+        found = new
+    return found
+
+
+def told(values: Sequence[float], height: float, power: float) -> dict[str, Any]:
+    """What is kept of a special point: shift and its error, from the values at a distance and half of it, on intervals
+    and on half as long ones, of which the last is the best."""
+    far, near, finer = values
+    step = (near - far) / (2.0**power - 1.0)
+    return {"value": finer + step, "error": abs(step) + abs(finer - near) + TOLERANCE, "height": height}
+
+
+def beside(way: list[Found], control: str, distance: float, power: float) -> dict[str, Any]:
+    """Where the branch meets the one of which `control` is zero."""
+    last = way[-1]
+    sign = np.sign(last[control])
+    far = last.at(control, sign * distance)
+    near = far and far.at(control, 0.5 * sign * distance)
+    finer = near and near.finer()
+    if not (far and near and finer):
+        raise AssertionError(f"no state beside {control} = 0")
+    return told((far["shift"], near["shift"], finer["shift"]), near["height"], power)
+
+
+def folds(way: list[Found]) -> list[dict[str, Any]]:
+    """Of the branch, in its order."""
+    found = []
+    for a, b in brackets(way):
+        here = fold(a, b)
+        finer = [one.finer() for one in (a, b)]
+        again = fold(finer[0], finer[1]) if finer[0] and finer[1] else None
+        if here is None or again is None:
+            raise AssertionError(f"a fold near {a['shift']:g} l is not located")
+        change = abs(here["shift"] - again["shift"])
+        found.append({"value": again["shift"], "error": change + TOLERANCE, "height": again["height"]})
+    return found
+
+
+@functools.cache
+def tilted() -> Found:
+    """The branch of w/l = 1 / `BEGUN` at the height where the width may be changed."""
+    problem = Clamped(1.0 / BEGUN, ALONG, PARTS, TOLERANCE)
+    ribbon = state()
+    found = problem.newton(begun(problem, ribbon, SHIFT), "height", float(ribbon.middle.position[2]))
+    way = found and followed(replace(found, way=-1.0), lambda one: one["height"] > ACROSS)
+    there = way and way[-1].at("height", ACROSS)
+    if not there:
+        raise AssertionError("the equations have no solution near the ribbon's state")
+    return there
+
+
+def measured(narrow: float, first: Callable[[], Found] = tilted) -> dict[str, Any]:
+    """Of the ribbon of w/l = 1 / `narrow`: "lost", "folds" in order from U on, "flat", each with value, error, height;
+    "line" (shift, height) from U to S; "integral": by how much the first integral changes along the strip, of its
+    size, at the most."""
+    here = across(first(), narrow)
+    up = followed(replace(here, way=1.0), lambda one: one["lift"] < -TO_U, STEP)
+    down = followed(replace(here, way=-1.0), lambda one: one["height"] > TO_S, STEP)
+    whole = [*(replace(one, way=-one.way) for one in reversed(up)), *down[1:]]
+    integrals = [one.problem.integral(one.v) for one in (up[-1], here, down[-1])]
+    return {
+        "lost": beside(up, "lift", TO_U, 2.0), "folds": folds(whole), "flat": beside(down, "height", TO_S, 1.0),
+        "line": [[one["shift"], one["height"]] for one in whole],
+        "integral": max(float(np.ptp(one) / np.abs(one).max()) for one in integrals),
+    }  # fmt: skip
