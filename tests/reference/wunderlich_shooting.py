@@ -227,15 +227,15 @@ def brackets(points: list[Found]) -> list[tuple[Found, Found]]:
     return [pair for pair in itertools.pairwise(points) if pair[0].ahead("shift") * pair[1].ahead("shift") < 0.0]
 
 
-def fold(a: Found, b: Found, within: float = 1e-9) -> Found | None:
-    """The one between a and b, by regula falsi (Illinois) in what moves there, to a change of the shift below `within`;
-    None: it is not found."""
+def fold(a: Found, b: Found) -> Found | None:
+    """The one between a and b, by regula falsi (Illinois) in what moves there, to a change of the shift below ten of
+    the integrator's tolerances; None: it is not found."""
     control = max(("height", "lift"), key=lambda one: abs(b[one] - a[one]) / SCALES[one])
     first, near = a.at(control, a[control]), b.at(control, b[control])
     if first is None or near is None:
         return None
     (x, fx), (y, fy) = ((one[control], float(one.rate[-1])) for one in (first, near))
-    best = near["shift"]
+    best, within = near["shift"], 10.0 * near.problem.tolerance
     for _ in range(60):
         found = near.at(control, (x * fy - y * fx) / (fy - fx))
         if found is None:

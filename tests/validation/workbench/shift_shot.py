@@ -2,13 +2,15 @@
 
 The tilted branch is begun at one state of the ribbon of w/l = 1/20, taken over to other widths by the equations alone,
 and followed from there: up to U, which it meets where the clamps' force along the height is zero, and down to S, at
-height zero. Beside both the equations have a second branch, so that the shift is taken at a small distance and at half
-of it, and its limit from the two.
+height zero. Beside both the equations have a second branch, so that the shift is taken at a small distance, half and a
+quarter of it, and its limit from these.
 """
 
 from __future__ import annotations
 
 import functools
+import itertools
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -26,10 +28,12 @@ BEGUN, SHIFT, PLACED, STEPS, POINTS = 20.0, 0.395, Grading(0.005, 0.001, 0.05), 
 #: Height (l) at which the width is changed, and by how much at once.
 ACROSS, BY = 0.2, 1.08
 #: Intervals and tolerance; every special point once more on twice as many with a tenth of it.
-PARTS, TOLERANCE = 100, 1e-8
-#: Distances from U (force, D w / l^2) and S (height, l) at which the shift is taken, halved once. How the shift goes
+PARTS, TOLERANCE = 120, 1e-9
+#: Distances from U (force, D w / l^2) and S (height, l) at which the shift is taken, halved twice. How the shift goes
 #: there: with the square of the distance, and, the passages of S meeting in its middle, nearly with its first power.
-TO_U, TO_S = 2.0, 2e-4
+TO_U, TO_S = 2.0, 2e-3
+#: How near to them the branch is followed in whole steps.
+NEAR_U, NEAR_S = 6.0, 0.03
 #: Step along the branch: of its height and shift, l.
 STEP = 0.02
 
@@ -69,24 +73,30 @@ def across(found: Found, narrow: float) -> Found:
     return found
 
 
-def told(values: Sequence[float], height: float, power: float) -> dict[str, Any]:
-    """What is kept of a special point: shift and its error, from the values at a distance and half of it, on intervals
-    and on half as long ones, of which the last is the best."""
-    far, near, finer = values
-    step = (near - far) / (2.0**power - 1.0)
-    return {"value": finer + step, "error": abs(step) + abs(finer - near) + TOLERANCE, "height": height}
+def told(values: Sequence[float], power: float) -> tuple[float, float]:
+    """Limit and error of a shift from its values (3,) at a distance, half and a quarter of it, from which it goes by
+    that power of the distance: the limit of the last two, and by how much that of the first two differs."""
+    first, last = (b + (b - a) / (2.0**power - 1.0) for a, b in itertools.pairwise(values))
+    return last, abs(last - first)
 
 
-def beside(way: list[Found], control: str, distance: float, power: float) -> dict[str, Any]:
-    """Where the branch meets the one of which `control` is zero."""
-    last = way[-1]
-    sign = np.sign(last[control])
-    far = last.at(control, sign * distance)
-    near = far and far.at(control, 0.5 * sign * distance)
-    finer = near and near.finer()
-    if not (far and near and finer):
-        raise AssertionError(f"no state beside {control} = 0")
-    return told((far["shift"], near["shift"], finer["shift"]), near["height"], power)
+def beside(last: Found, control: str, distance: float, power: float) -> dict[str, Any]:
+    """Where the branch meets the one of which `control` is zero, approached from `last` by halves."""
+    here, kept = last, []
+    while len(kept) < 3:
+        size = 0.5 * abs(here[control])
+        found = here.at(control, math.copysign(size if size > distance or kept else distance, here[control]))
+        if found is None:
+            raise AssertionError(f"no state at {control} {size:g}")
+        here = found
+        if abs(here[control]) < 1.000001 * distance:
+            kept.append(here)
+    finer = here.finer()
+    if finer is None:
+        raise AssertionError(f"no state at {control} {here[control]:g} on shorter intervals")
+    change = finer["shift"] - here["shift"]
+    value, error = told([one["shift"] for one in kept], power)
+    return {"value": value + change, "error": error + abs(change) + TOLERANCE, "height": here["height"]}
 
 
 def folds(way: list[Found]) -> list[dict[str, Any]]:
@@ -121,12 +131,12 @@ def measured(narrow: float, first: Callable[[], Found] = tilted) -> dict[str, An
     "line" (shift, height) from U to S; "integral": by how much the first integral changes along the strip, of its
     size, at the most."""
     here = across(first(), narrow)
-    up = followed(replace(here, way=1.0), lambda one: one["lift"] < -TO_U, STEP)
-    down = followed(replace(here, way=-1.0), lambda one: one["height"] > TO_S, STEP)
+    up = followed(replace(here, way=1.0), lambda one: one["lift"] < -NEAR_U, STEP)
+    down = followed(replace(here, way=-1.0), lambda one: one["height"] > NEAR_S, STEP)
     whole = [*(replace(one, way=-one.way) for one in reversed(up)), *down[1:]]
     integrals = [one.problem.integral(one.v) for one in (up[-1], here, down[-1])]
     return {
-        "lost": beside(up, "lift", TO_U, 2.0), "folds": folds(whole), "flat": beside(down, "height", TO_S, 1.0),
+        "lost": beside(up[-1], "lift", TO_U, 2.0), "folds": folds(whole), "flat": beside(down[-1], "height", TO_S, 1.0),
         "line": [[one["shift"], one["height"]] for one in whole],
         "integral": max(float(np.ptp(one) / np.abs(one).max()) for one in integrals),
     }  # fmt: skip
