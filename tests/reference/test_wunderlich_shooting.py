@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from mpmath import mp
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import splu
 
 from ribbon.find.branch.passages import Grading
 from tests.reference.wunderlich_equations import bent, ratio, ratio_slope
-from tests.reference.wunderlich_shooting import Clamped
+from tests.reference.wunderlich_shooting import Clamped, _determinant
 from tests.validation.workbench.shift_shot import begun, state
 
 SHIFT = 0.393
@@ -25,6 +27,13 @@ def test_one_equation_for_the_rulings(b):
     assert ratio_slope(b) == pytest.approx(float(rise), rel=1e-12)
     assert bent(ratio(b)) == pytest.approx(b, rel=1e-12)
     assert bent(-ratio(b)) == -bent(ratio(b))
+
+
+def test_the_determinants_sign_and_size():
+    """Of random matrices, by numpy."""
+    for seed in range(8):
+        matrix = np.random.default_rng(seed).normal(size=(7, 7))
+        assert _determinant(splu(csc_matrix(matrix))) == pytest.approx(np.linalg.slogdet(matrix), rel=1e-10)
 
 
 def test_the_tilted_strip_is_the_ribbons():

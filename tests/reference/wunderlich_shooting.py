@@ -8,14 +8,12 @@ rate of the equations grows as sqrt(24) / w, so that the strip is cut into inter
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 from scipy.spatial.transform import Rotation
 
 from tests.reference.wunderlich_equations import ALL, STATE, bent_at, integrate, ratio, slope
@@ -26,6 +24,8 @@ FloatArray = NDArray[np.float64]
 SCALES = {"height": 1.0, "shift": 1.0, "lift": 100.0}
 #: omega = 2 (q^T _TURNED q') of a quaternion q: the first component of its conjugate times q'.
 _TURNED = np.array([[0.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, -1.0], [0.0, 0.0, 1.0, 0.0]])
+#: Signs of a state under half a turn about the height's axis, read from the other end.
+_IMAGE = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0, -1.0])
 #: Newton's iterations, and the residual at which it ends, over the integrator's tolerance.
 NEWTON, DONE = 12, 100.0
 
@@ -105,7 +105,7 @@ class Clamped:
                 size, lu = float(np.abs(residual).max()), splu(by.tocsc())
                 if size < DONE * self.tolerance:
                     rate = lu.solve(np.append(np.zeros(residual.size - 1), 1.0))
-                    return Found(self, v, control, rate, size)
+                    return Found(self, v, control, rate, size, determinant=_determinant(lu))
                 step, times = -lu.solve(residual), 1.0
                 for _ in range(6):
                     moved = self.equations(v + times * step, control, value)
@@ -167,6 +167,7 @@ class Found:
     rate: FloatArray
     residual: float
     way: float = 1.0
+    determinant: tuple[float, float] = (1.0, 0.0)
 
     def __getitem__(self, control: str) -> float:
         """One of the controls."""
@@ -200,52 +201,35 @@ class Found:
         found = new.newton(new.joined(both, force, shift), self.control, self[self.control])
         return found and replace(found, way=self.way)
 
+    def upright(self) -> Found | None:
+        """The state nearby that is its own image under half a turn about the height's axis, read from its other end."""
+        states, force, shift = self.problem.apart(self.v)
+        end = integrate(states[-1], force, self.problem.width, 0, 1.0 / self.problem.parts, self.problem.tolerance)[0]
+        back = np.concatenate([states, end[None]])[::-1][:-1] * _IMAGE
+        back[:, :3] -= end[:3] * _IMAGE[:3]
+        both = 0.5 * (states + back), 0.5 * (force + force * [1.0, -1.0, 1.0])
+        return self.problem.newton(self.problem.joined(*both, shift), "shift", shift)
+
     def turned(self, other: Found) -> float:
         """Cosine of the angle between the branch's directions here and there, in the scaled controls."""
         a, b = (np.array([one.ahead(name) / scale for name, scale in SCALES.items()]) for one in (self, other))
         return float(a @ b / np.linalg.norm(a) / np.linalg.norm(b))
 
 
-def followed(first: Found, goes_on: Callable[[Found], bool], step: float = 0.01, least: float = 1e-6) -> list[Found]:
-    """The branch from `first` on, as long as `goes_on`, the last point included: in each step the quickest control is
-    given. A step is halved, as far as `least`, where none is found or the branch turns by more than 25 degrees."""
-    points, now = [first], step
-    while now >= least and goes_on(points[-1]):
-        last = points[-1]
-        control = last.quickest
-        found = last.at(control, last[control] + now * SCALES[control] * np.sign(last.ahead(control)))
-        if found is None or last.turned(found) < 0.9:
-            now *= 0.5
-        else:
-            points.append(found)
-            now = min(step, 1.5 * now)
-    return points
+def _determinant(lu: SuperLU) -> tuple[float, float]:
+    """Sign and logarithm of the size, from a factorisation."""
+    pivots = lu.U.diagonal()
+    sign = np.prod(np.sign(pivots)) * _parity(lu.perm_r) * _parity(lu.perm_c)
+    return float(sign), float(np.sum(np.log(np.abs(pivots))))
 
 
-def brackets(points: list[Found]) -> list[tuple[Found, Found]]:
-    """Neighbours between which the shift turns, in their order along a branch."""
-    return [pair for pair in itertools.pairwise(points) if pair[0].ahead("shift") * pair[1].ahead("shift") < 0.0]
-
-
-def fold(a: Found, b: Found) -> Found | None:
-    """The one between a and b, by regula falsi (Illinois) in what moves there, to a change of the shift below ten of
-    the integrator's tolerances; None: it is not found."""
-    control = max(("height", "lift"), key=lambda one: abs(b[one] - a[one]) / SCALES[one])
-    first, near = a.at(control, a[control]), b.at(control, b[control])
-    if first is None or near is None:
-        return None
-    (x, fx), (y, fy) = ((one[control], float(one.rate[-1])) for one in (first, near))
-    best, within = near["shift"], 10.0 * near.problem.tolerance
-    for _ in range(60):
-        found = near.at(control, (x * fy - y * fx) / (fy - fx))
-        if found is None:
-            return None
-        if abs(found["shift"] - best) < within:
-            return found
-        near, best, f = found, found["shift"], float(found.rate[-1])
-        if f * fy < 0.0:
-            x, fx = y, fy
-        else:
-            fx *= 0.5
-        y, fy = found[control], f
-    return None
+def _parity(order: NDArray[np.int32]) -> float:
+    """1.0 of an even permutation, -1.0 of an odd one."""
+    seen, sign = np.zeros(order.size, bool), 1.0
+    for first in range(order.size):
+        at, length = first, 0
+        while not seen[at]:
+            seen[at], at, length = True, order[at], length + 1
+        if length and length % 2 == 0:
+            sign = -sign
+    return sign

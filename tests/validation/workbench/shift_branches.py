@@ -47,7 +47,7 @@ SHELLS = (
     (20.0, 200.0, ((60, 6), (90, 9), (135, 13))),
 )  # fmt: skip
 #: Ribbons whose folds and branch points are found without elements too, 1 over w/l.
-SHOT = (40.0, 20.0, 10.0)
+SHOT = (40.0, 20.0, 10.0, 6.0)
 
 
 @functools.cache
@@ -71,11 +71,7 @@ def run(out: Path) -> dict[str, Number]:
         case: diagram(case, *(kept.get(name, make) for name, make in parts(case))) for case in (*CASES, ROD, *FINITE)
     }
     shells = {(narrow, ratio): measured(narrow, ratio, meshes) for narrow, ratio, meshes in SHELLS}
-    by_shooting = Pieces("shift_branches", by="shift_shot")
-    shots = {
-        narrow: Shot.of(by_shooting.get(f"shot_{narrow:g}", functools.partial(shift_shot.measured, narrow)))
-        for narrow in SHOT
-    }
+    shots = {narrow: without(narrow) for narrow in SHOT}
     onset(lines, shells)
     picture(out / "shift_branches.png", lines, shells)
     crossed = kept.get(f"{CROSSED.name}_crossed", functools.partial(shift_finite.reach, CROSSED))
@@ -115,6 +111,16 @@ def measured(narrow: float, ratio: float, meshes: tuple[tuple[int, int], ...]) -
         for word, make in (("arch", shift_shells.arch_lost), ("flat", shift_shells.flat_lost))
     )
     return thin(meshes, arch, odd)
+
+
+def without(narrow: float) -> Shot:
+    """A ribbon's special points without elements."""
+    kept = Pieces("shift_branches", by="shift_shot")
+    us, u = (
+        kept.get(f"shot_{narrow:g}_{word}", functools.partial(make, narrow))
+        for word, make in (("us", shift_shot.measured), ("u", shift_shot.arch))
+    )
+    return Shot.of(us, u)
 
 
 def _key(word: str, case: Case) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 
 from compare.measure.mesh_limit import Settled, settled
 from tests.validation.number import Number
-from tests.validation.workbench.shift_followed import RIPPLE, Case, rippled
+from tests.validation.workbench.shift_followed import RIPPLE, Case
 
 #: Every mesh of a shell has elements so many times shorter than the one before.
 FINER = 1.5
@@ -158,26 +158,27 @@ class Thin:
 
 @dataclass(frozen=True)
 class Shot:
-    """A ribbon's special points without elements (`shift_shot`): (shift, error), l, where U is lost, of the folds of US
-    in order, and where S is lost; integral: of the equations, by how much it changes."""
+    """A ribbon's special points without elements (`shift_shot`), each (shift, error), l: where U is lost and stable
+    again, folds of US and of U in order, where S is lost; integral: of the equations, by how much it changes."""
 
     lost: tuple[float, float]
+    again: tuple[float, float]
     folds: tuple[tuple[float, float], ...]
+    turned: tuple[tuple[float, float], ...]
     flat: tuple[float, float]
     integral: float
 
     @classmethod
-    def of(cls, found: Mapping[str, Any]) -> Shot:
-        """From what `shift_shot.measured` keeps; pairs of folds nearer than `RIPPLE` to each other are left out."""
-        told = [(one["value"], one["error"]) for one in found["folds"]]
-        near = rippled(list(enumerate(value for value, _ in told)))
-        lost, flat = ((one["value"], one["error"]) for one in (found["lost"], found["flat"]))
-        return cls(lost, tuple(one for k, one in enumerate(told) if k not in near), flat, found["integral"])
+    def of(cls, us: Mapping[str, Any], u: Mapping[str, Any]) -> Shot:
+        """From what `shift_shot.measured` and `arch` keep: U is stable again from its last fork on."""
+        lost, again, flat = ((one["value"], one["error"]) for one in (us["lost"], u["forks"][-1], us["flat"]))
+        folds, turned = (tuple((one["value"], one["error"]) for one in found["folds"]) for found in (us, u))
+        return cls(lost, again, folds, turned, flat, us["integral"])
 
     def named(self) -> dict[str, tuple[float, float]]:
         """By the words of the page's numbers."""
         ends = dict(zip(("out", "back"), self.folds, strict=False))
-        return {"lost": self.lost, **ends, "flat": self.flat}
+        return {"lost": self.lost, "again": self.again, **ends, "flat": self.flat}
 
 
 Found = Sequence[Mapping[str, Any]]

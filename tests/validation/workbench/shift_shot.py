@@ -20,7 +20,8 @@ import numpy as np
 from ribbon import Equilibrium
 from ribbon.find.branch.passages import Grading
 from ribbon.find.continuation import follow
-from tests.reference.wunderlich_shooting import Clamped, Found, brackets, fold, followed
+from tests.reference.wunderlich_branch import brackets, fold, followed, fork, forks
+from tests.reference.wunderlich_shooting import Clamped, Found
 from tests.validation.workbench.shift_sweeps import ALONG, FIRST, Case
 
 #: The ribbon's state: 1 over w/l, shift, elements, steps from the arch; points at which its shape is read.
@@ -34,6 +35,8 @@ PARTS, TOLERANCE = 120, 1e-9
 TO_U, TO_S = 2.0, 2e-3
 #: How near to them the branch is followed in whole steps.
 NEAR_U, NEAR_S = 6.0, 0.03
+#: U is begun at this shift, followed up to that one, or down to a height, l.
+EARLY, UPTO, LOW = 0.3, 0.6, 0.1
 #: Step along the branch: of its height and shift, l.
 STEP = 0.02
 
@@ -124,6 +127,35 @@ def tilted() -> Found:
     if not there:
         raise AssertionError("the equations have no solution near the ribbon's state")
     return there
+
+
+@functools.cache
+def upright() -> Found:
+    """U of w/l = 1 / `BEGUN`, well before it is lost: from the tilted branch near it, made its own image."""
+    near = followed(replace(tilted(), way=1.0), lambda one: one["lift"] < -NEAR_U, STEP)[-1]
+    found = near.upright()
+    start = found and found.at("height", found["height"])
+    if not start:
+        raise AssertionError("no upright arch beside the tilted strip")
+    low = followed(replace(start, way=1.0), lambda one: one["shift"] > EARLY, STEP)[-1]
+    there = low.at("height", low["height"])
+    assert there is not None
+    return there
+
+
+def arch(narrow: float) -> dict[str, Any]:
+    """Of the ribbon of w/l = 1 / `narrow`: "folds" of U and "forks", where another branch leaves, in order along it."""
+    start = across(upright(), narrow)
+    way = followed(replace(start, way=-1.0), lambda one: one["shift"] < UPTO and one["height"] > LOW, STEP)
+    found = [(pair, fork(*pair)) for pair in forks(way)]
+    return {
+        "folds": folds(way),
+        "forks": [
+            {"value": there[0], "error": there[1] + TOLERANCE, "height": 0.5 * (a["height"] + b["height"])}
+            for (a, b), there in found if there is not None
+        ],
+        "line": [[one["shift"], one["height"]] for one in way],
+    }  # fmt: skip
 
 
 def measured(narrow: float, first: Callable[[], Found] = tilted) -> dict[str, Any]:

@@ -141,12 +141,16 @@ def _shot_rows(lines: Mapping[Case, Diagram], shots: Mapping[float, Shot]) -> li
         if case.energy != "wunderlich" or case.narrow not in shots:
             continue
         shot = shots[case.narrow]
-        folds = [(f"fold of US {k + 1}", a, b) for k, (a, b) in enumerate(zip(one.folds, shot.folds, strict=False))]
-        for what, place, (value, error) in (("U lost", one.lost, shot.lost), *folds, ("S lost", one.flat, shot.flat)):
+        named = [("U lost", one.lost, shot.lost), ("U stable again", one.again, shot.again)]
+        if len(shot.folds) != len(one.folds):
+            raise AssertionError(f"w/l = 1/{case.narrow:g}: {len(shot.folds)} folds of US without elements")
+        for branch, on, by in (("U", one.turned, shot.turned), ("US", one.folds, shot.folds)):
+            named += [(f"fold of {branch} {k + 1}", a, b) for k, (a, b) in enumerate(zip(on, by, strict=False))]
+        for what, place, (value, error) in (*named, ("S lost", one.flat, shot.flat)):
             if place is not None:
                 apart = f"{abs(place.limit.value - value):.0e}" if place.limit.settles else ""
-                on = _ended(place.limit, place.values, 5)
-                rows.append((f"1/{case.narrow:g}", what, f"{value:.6f}", f"{error:.0e}", *on, apart))
+                cells = (f"{value:.6f}", f"{error:.0e}", *_ended(place.limit, place.values, 5), apart)
+                rows.append((f"1/{case.narrow:g}", what, *cells))
     return rows
 
 
@@ -182,7 +186,7 @@ def open_ones(
     """What does not settle, in words, but for what is known without elements."""
     found = []
     for case, one in lines.items():
-        known = ("U lost", "S lost") if case.energy == "wunderlich" and case.narrow in shots else ()
+        known = ("U lost", "U again", "S lost") if case.energy == "wunderlich" and case.narrow in shots else ()
         for what, place in (("U lost", one.lost), ("U again", one.again), ("S lost", one.flat)):
             if place is not None and not place.limit.settles and what not in known:
                 found.append(f"{case.energy}, w/l = 1/{case.narrow:g}: {what}")

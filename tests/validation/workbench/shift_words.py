@@ -25,13 +25,15 @@ fork, whose place is that of U's own. Where U of this ribbon is unstable it turn
 WITHOUT = """\
 Wunderlich's equations of equilibrium as a system of first order, by multiple shooting
 (tests/reference/wunderlich_shooting.py): no elements, no minimum. With p, the moment conjugate to the ruling, beside
-the moments M, the density's derivatives solve for its own variables: where the curvature passes zero the right side is
-continuous, eta' w / 2 is 1 there by itself, and the integrator's steps go through. US is begun at one state of the
-ribbon of w/l = 1/20, taken over to the other widths by the equations, and followed from U to S; a fold is where the
-equations at a given shift are singular. Errors: from twice as many intervals with a tenth of the tolerance, and for U
-and S, which US meets where the equations are singular too, from half the distance. The equations' first integral
-changes by {integral:.0e} of its size along the strip. Where U and S of w/l = 1/40 are lost, which does not settle on
-elements, is known by this."""
+the moments M, the density's derivatives are solved for its own variables: where the curvature passes zero the right
+side is continuous, eta' w / 2 is 1 there by itself, and the integrator's steps go through. US is begun at one state of
+the ribbon of w/l = 1/20, taken over to the other widths by the equations, and followed from U to S, U from a state of
+US made its own image; a fold is where the equations at a given shift are singular, U is lost and S where US comes to
+them, U stable again at the last shift where its equations are singular and another branch leaves. Errors: from twice as
+many intervals with a tenth of the tolerance; for U and S from the distances at which they are approached; for U stable
+again from the last two steps. The equations' first integral changes by {integral:.0e} of its size along the strip.
+Where U of w/l = 1/40 is lost and stable again, and where S is lost, does not settle on elements and is known by this.
+US has as many folds as on elements at every width, at w/l = 1/6 none."""
 OTHERS = """\
 `sadowsky` has no value here: where the curvature passes zero its density is infinite with any twist, and U and US are
 twisted there. `finite` (w/h = 50, 50 equal elements, halved) is not followed beyond U, and at w/l = 1/10 not along it:
