@@ -71,7 +71,10 @@ def _marked_shell(axes: Any, shell: Thin, colour: str) -> None:
     upright = next(line for line in shell.lines if line["name"] == "U")
     height = float(np.interp(shell.lost[-1], upright["shift"], upright["height"]))
     places = [(shell.lost, height), (shell.flat, 0.0)]
-    outer = [[found[k] for found in shell.pairs if found] for k in range(len(shell.pairs[-1]))]
+    outer = [
+        [min(found, key=lambda one, last=last: math.dist(one, last)) for found in shell.pairs if found]  # type: ignore[misc]
+        for last in shell.pairs[-1]
+    ]
     for k, (_, high) in enumerate(shell.folds[: 2 * len(outer)]):
         places.append((tuple(pair[k % 2] for pair in outer[k // 2]), high))
     for values, high in places:
