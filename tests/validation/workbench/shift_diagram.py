@@ -16,6 +16,8 @@ from tests.validation.workbench.shift_followed import RIPPLE, Case
 FINER = 1.5
 #: To what a place is located on its mesh (l): where elements are placed anew they are so to a part of the shortest.
 PLACED, EQUAL, SHELL = 1e-5, 1e-9, 1e-9
+#: To what the shift is known at least where shooting's equations are singular, l.
+SINGULAR = 5e-5
 
 
 @dataclass(frozen=True)
@@ -171,9 +173,18 @@ class Shot:
     @classmethod
     def of(cls, us: Mapping[str, Any], u: Mapping[str, Any]) -> Shot:
         """From what `shift_shot.measured` and `arch` keep: U is stable again from its last fork on."""
-        lost, again, flat = ((one["value"], one["error"]) for one in (us["lost"], u["forks"][-1], us["flat"]))
+        lost, flat = ((one["value"], one["error"]) for one in (us["lost"], us["flat"]))
+        again = u["forks"][-1]["value"], max(SINGULAR, u["forks"][-1]["error"])
         folds, turned = (tuple((one["value"], one["error"]) for one in found["folds"]) for found in (us, u))
         return cls(lost, again, folds, turned, flat, us["integral"])
+
+    def points(self, one: Diagram) -> list[tuple[str, Place, tuple[float, float]]]:
+        """What, on elements and without, of everything that both have."""
+        named = [("U lost", one.lost, self.lost), ("U stable again", one.again, self.again)]
+        for branch, on, by in (("U", one.turned, self.turned), ("US", one.folds, self.folds)):
+            named += [(f"fold of {branch} {k + 1}", a, b) for k, (a, b) in enumerate(zip(on, by, strict=False))]
+        named.append(("S lost", one.flat, self.flat))
+        return [(what, place, by) for what, place, by in named if place is not None]
 
     def named(self) -> dict[str, tuple[float, float]]:
         """By the words of the page's numbers."""

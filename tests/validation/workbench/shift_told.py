@@ -137,24 +137,23 @@ def _shell_rows(shells: Mapping[tuple[float, float], Thin]) -> list[tuple[str, .
     return rows
 
 
-def _shot_rows(lines: Mapping[Case, Diagram], shots: Mapping[float, Shot]) -> list[tuple[str, ...]]:
-    """Each special point on elements and without, and how far they are apart."""
-    rows = []
+def _shot_rows(lines: Mapping[Case, Diagram], shots: Mapping[float, Shot]) -> tuple[list[tuple[str, ...]], str]:
+    """Each special point on elements and without, and how far they are apart; how many of those that settle are so
+    within both errors."""
+    rows, within = [], []
     for case, one in lines.items():
         if case.energy != "wunderlich" or case.narrow not in shots:
             continue
         shot = shots[case.narrow]
-        named = [("U lost", one.lost, shot.lost), ("U stable again", one.again, shot.again)]
         if len(shot.folds) != len(one.folds):
             raise AssertionError(f"w/l = 1/{case.narrow:g}: {len(shot.folds)} folds of US without elements")
-        for branch, on, by in (("U", one.turned, shot.turned), ("US", one.folds, shot.folds)):
-            named += [(f"fold of {branch} {k + 1}", a, b) for k, (a, b) in enumerate(zip(on, by, strict=False))]
-        for what, place, (value, error) in (*named, ("S lost", one.flat, shot.flat)):
-            if place is not None:
-                apart = f"{abs(place.limit.value - value):.0e}" if place.limit.settles else ""
-                cells = (f"{value:.6f}", f"{error:.0e}", *_ended(place.limit, place.values, 5), apart)
-                rows.append((f"1/{case.narrow:g}", what, *cells))
-    return rows
+        for what, place, (value, error) in shot.points(one):
+            apart = abs(place.limit.value - value)
+            if place.limit.settles:
+                within.append(apart <= place.limit.error + error)
+            cells = (f"{value:.6f}", f"{error:.0e}", *_ended(place.limit, place.values, 5))
+            rows.append((f"1/{case.narrow:g}", what, *cells, f"{apart:.0e}" if place.limit.settles else ""))
+    return rows, f"{sum(within)} of {len(within)}"
 
 
 def _three(cells: tuple[str, ...]) -> tuple[str, ...]:
@@ -228,6 +227,7 @@ def write(
 ) -> None:
     """The page."""
     left = open_ones(lines, shells, shots)
+    both, within = _shot_rows(lines, shots)
     rippled = [f"{one.ripples} folds (w/l = 1/{case.narrow:g})" for case, one in lines.items() if one.ripples]
     page.write(
         path,
@@ -248,8 +248,8 @@ def write(
         page.table(("model", "w/l", "w/h", "what", "elements", "halved", "twice", "limit", "+-"), _rows(lines)),
         words.NARROW.replace("\n", " "),
         "### The same without elements",
-        words.WITHOUT.replace("\n", " ").format(integral=max(one.integral for one in shots.values())),
-        page.table(("w/l", "what", "by shooting", "+-", "on elements", "+-", "apart"), _shot_rows(lines, shots)),
+        words.WITHOUT.replace("\n", " ").format(integral=max(one.integral for one in shots.values()), within=within),
+        page.table(("w/l", "what", "by shooting", "+-", "on elements", "+-", "apart"), both),
         words.OTHERS.replace("\n", " "),
         "### `finite` on elements that stand at its crossings (w/l = 1/20, w/h = 50)",
         words.CROSSED.replace("\n", " ").format(ends=f"{ends.value:.4f} +- {ends.error:.0e}"),

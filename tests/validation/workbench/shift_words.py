@@ -33,7 +33,8 @@ them, U stable again at the last shift where its equations are singular and anot
 many intervals with a tenth of the tolerance; for U and S from the distances at which they are approached; for U stable
 again from the last two steps. The equations' first integral changes by {integral:.0e} of its size along the strip.
 Where U of w/l = 1/40 is lost and stable again, and where S is lost, does not settle on elements and is known by this.
-US has as many folds as on elements at every width, at w/l = 1/6 none."""
+US has as many folds as on elements at every width, at w/l = 1/6 none. Of what settles on elements {within} values are
+apart by no more than both errors."""
 OTHERS = """\
 `sadowsky` has no value here: where the curvature passes zero its density is infinite with any twist, and U and US are
 twisted there. `finite` (w/h = 50, 50 equal elements, halved) is not followed beyond U, and at w/l = 1/10 not along it:
