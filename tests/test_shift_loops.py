@@ -7,7 +7,7 @@ import pytest
 
 from ribbon.energies.finite import density
 from tests.validation.workbench.shift_branches import CROSSED
-from tests.validation.workbench.shift_diagram import Diagram, Place, ends, goes_back, width
+from tests.validation.workbench.shift_diagram import Diagram, Place, ends, goes_back, thin, width
 from tests.validation.workbench.shift_finite import soft
 from tests.validation.workbench.shift_followed import rippled
 
@@ -71,3 +71,12 @@ def test_where_the_curvature_of_finite_crosses_one_over_zeta_nothing_resists_its
         density(-share * soft(CROSSED), -1.2, -480.0, -250.0, 0.0, 0.0, section, out)
         stiff.append(out[12])
     assert abs(stiff[1]) < 1e-9 * min(stiff[0], stiff[2])
+
+
+def test_a_fold_before_the_shells_fork_is_a_pair_with_it():
+    """US that leaves to the unstable side: the pair further along is told, and not one across the two."""
+    one = {"lost": 0.377, "folds": [[0.363, 0.31], [0.368, 0.31], [0.367, 0.31], [0.394, 0.25], [0.373, 0.24]],
+           "lines": []}  # fmt: skip
+    two = {"lost": 0.364, "folds": [[0.393, 0.25], [0.373, 0.24]], "lines": []}
+    shell = thin([(90, 9), (135, 13)], [one, two], [{"lost": 0.47, "lines": []}] * 2)
+    assert shell.ends == ((0.394, 0.393), (0.373, 0.373))

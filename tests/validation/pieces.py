@@ -21,10 +21,11 @@ def key(measurement: str) -> str:
 
 class Pieces:
     """Plain values (what JSON holds) by name in the folder of one measurement, under the key of all that it depends on:
-    after a change of the code nothing is taken from there."""
+    after a change of the code nothing is taken from there. by: the module beside it that makes these pieces, where what
+    else the measurement does (tables, sentences) gives them no number."""
 
-    def __init__(self, measurement: str, folder: Path = FOLDER) -> None:
-        self.folder = folder / measurement / key(measurement)
+    def __init__(self, measurement: str, folder: Path = FOLDER, by: str = "") -> None:
+        self.folder = folder / measurement / key(by or measurement)
 
     def get(self, name: str, make: Callable[[], Any]) -> Any:
         """What is kept under `name`, or what `make` gives, kept from then on."""

@@ -12,8 +12,8 @@ from compare.measure.mesh_limit import Settled
 from ribbon.find.branch.passages import Grading
 from tests.validation.number import Number
 from tests.validation.pieces import Pieces
-from tests.validation.workbench import shift_finite, shift_shells
-from tests.validation.workbench.shift_diagram import Diagram, Thin, diagram, goes_back, located_to, thin, width
+from tests.validation.workbench import shift_finite, shift_shells, shift_shot
+from tests.validation.workbench.shift_diagram import Diagram, Shot, Thin, diagram, goes_back, located_to, thin, width
 from tests.validation.workbench.shift_followed import RIPPLE, Case, flat, tilted, upright
 from tests.validation.workbench.shift_shells import Shell
 from tests.validation.workbench.shift_told import picture, write
@@ -44,7 +44,10 @@ CROSSED = Case("finite", 20.0, 50.0, Grading(0.01, 0.001, 0.1))
 SHELLS = (
     (20.0, 50.0, ((27, 3), (40, 4), (60, 6))),
     (20.0, 100.0, ((60, 6), (90, 9), (135, 13))),
+    (20.0, 200.0, ((90, 9), (135, 13))),
 )  # fmt: skip
+#: Ribbons whose folds and branch points are found without elements too, 1 over w/l.
+SHOT = (40.0, 20.0, 10.0, 6.0)
 
 
 @functools.cache
@@ -63,24 +66,18 @@ PROBES = {
 
 def run(out: Path) -> dict[str, Number]:
     """Measures what is not kept, writes shift_branches.md and shift_branches.png; its numbers by name."""
-    kept = Pieces("shift_branches")
+    kept = Pieces("shift_branches", by="shift_finite")
     lines = {
         case: diagram(case, *(kept.get(name, make) for name, make in parts(case))) for case in (*CASES, ROD, *FINITE)
     }
-    shells = {
-        (narrow, ratio): thin(
-            meshes,
-            [_kept(kept, Shell(narrow, ratio, mesh), "arch") for mesh in meshes],
-            [_kept(kept, Shell(narrow, ratio, mesh), "flat") for mesh in meshes],
-        )
-        for narrow, ratio, meshes in SHELLS
-    }  # fmt: skip
+    shells = {(narrow, ratio): measured(narrow, ratio, meshes) for narrow, ratio, meshes in SHELLS}
+    shots = {narrow: without(narrow) for narrow in SHOT}
     onset(lines, shells)
     picture(out / "shift_branches.png", lines, shells)
     crossed = kept.get(f"{CROSSED.name}_crossed", functools.partial(shift_finite.reach, CROSSED))
     ends = shift_finite.limit(crossed)
-    write(out / "shift_branches.md", lines, shells, crossed, ends)
-    return numbers(lines, shells) | {"ends_finite_20": _number(ends)}
+    write(out / "shift_branches.md", lines, shells, shots, crossed, ends)
+    return numbers(lines, shells) | {"ends_finite_20": _number(ends)} | shot_numbers(shots)
 
 
 def onset(lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], Thin]) -> None:
@@ -103,9 +100,27 @@ def parts(case: Case) -> list[tuple[str, Callable[[], Any]]]:
     ]
 
 
-def _kept(kept: Pieces, shell: Shell, word: str) -> Any:
-    make = shift_shells.arch_lost if word == "arch" else shift_shells.flat_lost
-    return kept.get(f"{shell.name}_{word}", functools.partial(make, shell))
+def measured(narrow: float, ratio: float, meshes: tuple[tuple[int, int], ...]) -> Thin:
+    """A shell over its meshes, piece by piece."""
+    kept = Pieces("shift_branches", by="shift_shells")
+    arch, odd = (
+        [
+            kept.get(f"{one.name}_{word}", functools.partial(make, one))
+            for one in (Shell(narrow, ratio, m) for m in meshes)
+        ]
+        for word, make in (("arch", shift_shells.arch_lost), ("flat", shift_shells.flat_lost))
+    )
+    return thin(meshes, arch, odd)
+
+
+def without(narrow: float) -> Shot:
+    """A ribbon's special points without elements."""
+    kept = Pieces("shift_branches", by="shift_shot")
+    us, u = (
+        kept.get(f"shot_{narrow:g}_{word}", functools.partial(make, narrow))
+        for word, make in (("us", shift_shot.measured), ("u", shift_shot.arch))
+    )
+    return Shot.of(us, u)
 
 
 def _key(word: str, case: Case) -> str:
@@ -136,6 +151,15 @@ def numbers(lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], 
             found[f"{word}_shell_{narrow:g}_{ratio:g}"] = _number(shell.limit(values))
         found[f"width_shell_{narrow:g}_{ratio:g}"] = _number(shell.width())
     return found
+
+
+def shot_numbers(shots: Mapping[float, Shot]) -> dict[str, Number]:
+    """Those without elements, by name."""
+    return {
+        f"shot_{word}_{narrow:g}": Number(value, error, "l", ".5f")
+        for narrow, shot in shots.items()
+        for word, (value, error) in shot.named().items()
+    }
 
 
 def _number(found: Settled) -> Number:

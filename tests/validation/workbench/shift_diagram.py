@@ -16,6 +16,8 @@ from tests.validation.workbench.shift_followed import RIPPLE, Case
 FINER = 1.5
 #: To what a place is located on its mesh (l): where elements are placed anew they are so to a part of the shortest.
 PLACED, EQUAL, SHELL = 1e-5, 1e-9, 1e-9
+#: To what the shift is known at least where shooting's equations are singular, l.
+SINGULAR = 5e-5
 
 
 @dataclass(frozen=True)
@@ -156,6 +158,40 @@ class Thin:
         return Settled(out.value - back.value, out.error + back.error, None, out.settles and back.settles)
 
 
+@dataclass(frozen=True)
+class Shot:
+    """A ribbon's special points without elements (`shift_shot`), each (shift, error), l: where U is lost and stable
+    again, folds of US and of U in order, where S is lost; integral: of the equations, by how much it changes."""
+
+    lost: tuple[float, float]
+    again: tuple[float, float]
+    folds: tuple[tuple[float, float], ...]
+    turned: tuple[tuple[float, float], ...]
+    flat: tuple[float, float]
+    integral: float
+
+    @classmethod
+    def of(cls, us: Mapping[str, Any], u: Mapping[str, Any]) -> Shot:
+        """From what `shift_shot.measured` and `arch` keep: U is stable again from its last fork on."""
+        lost, flat = ((one["value"], one["error"]) for one in (us["lost"], us["flat"]))
+        again = u["forks"][-1]["value"], max(SINGULAR, u["forks"][-1]["error"])
+        folds, turned = (tuple((one["value"], one["error"]) for one in found["folds"]) for found in (us, u))
+        return cls(lost, again, folds, turned, flat, us["integral"])
+
+    def points(self, one: Diagram) -> list[tuple[str, Place, tuple[float, float]]]:
+        """What, on elements and without, of everything that both have."""
+        named = [("U lost", one.lost, self.lost), ("U stable again", one.again, self.again)]
+        for branch, on, by in (("U", one.turned, self.turned), ("US", one.folds, self.folds)):
+            named += [(f"fold of {branch} {k + 1}", a, b) for k, (a, b) in enumerate(zip(on, by, strict=False))]
+        named.append(("S lost", one.flat, self.flat))
+        return [(what, place, by) for what, place, by in named if place is not None]
+
+    def named(self) -> dict[str, tuple[float, float]]:
+        """By the words of the page's numbers."""
+        ends = dict(zip(("out", "back"), self.folds, strict=False))
+        return {"lost": self.lost, "again": self.again, **ends, "flat": self.flat}
+
+
 Found = Sequence[Mapping[str, Any]]
 
 
@@ -163,7 +199,9 @@ def thin(meshes: Sequence[tuple[int, int]], arch: Found, odd: Found) -> Thin:
     """From what `shift_shells` found on each mesh."""
     pairs = []
     for found in arch:
-        turns = [float(shift) for shift, _ in found["folds"]]
+        turns, fork = [float(shift) for shift, _ in found["folds"]], _float(found["lost"])
+        if turns and turns[0] < fork:  # US leaves to the unstable side: U itself is the first place of a jump
+            turns.insert(0, fork)
         pairs.append(tuple(zip(turns[::2], turns[1::2], strict=False)))
     return Thin(
         tuple(meshes), tuple(_float(f["lost"]) for f in arch), tuple(_float(f["lost"]) for f in odd), tuple(pairs),

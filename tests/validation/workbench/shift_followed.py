@@ -62,10 +62,11 @@ class Case:
 
     @property
     def name(self) -> str:
-        """For files."""
+        """For files: all that it is."""
         g = self.grading
         placed = f"{self.elements}" if g is None else f"{g.longest:g}_{g.least:g}_{g.growth:g}"
-        return f"{self.energy}_{self.narrow:g}_{self.ratio:g}_{placed}"
+        how = f"{self.upto:g}_{self.easy}_{self.steps}"
+        return f"{self.energy}_{self.narrow:g}_{self.ratio:g}_{placed}_{how}"
 
     def scene(self, flat: bool = False) -> Scene:
         """`shift_7_2`, nu = 0.3, both edges held; flat: with the seed of S in place of that of the arch."""

@@ -15,7 +15,8 @@ from matplotlib import pyplot as plt
 
 from compare.measure.mesh_limit import Settled
 from tests.validation import page
-from tests.validation.workbench.shift_diagram import Diagram, Place, Thin, located_to, width, widths
+from tests.validation.workbench import shift_words as words
+from tests.validation.workbench.shift_diagram import Diagram, Place, Shot, Thin, located_to, width, widths
 from tests.validation.workbench.shift_followed import RIPPLE, Case
 
 COLOURS = {"wunderlich": "tab:red", "kirchhoff": "tab:gray", "finite": "tab:blue"}
@@ -70,7 +71,10 @@ def _marked_shell(axes: Any, shell: Thin, colour: str) -> None:
     upright = next(line for line in shell.lines if line["name"] == "U")
     height = float(np.interp(shell.lost[-1], upright["shift"], upright["height"]))
     places = [(shell.lost, height), (shell.flat, 0.0)]
-    outer = [[found[k] for found in shell.pairs if found] for k in range(len(shell.pairs[-1]))]
+    outer = [
+        [min(found, key=lambda one, last=last: math.dist(one, last)) for found in shell.pairs if found]  # type: ignore[misc]
+        for last in shell.pairs[-1]
+    ]
     for k, (_, high) in enumerate(shell.folds[: 2 * len(outer)]):
         places.append((tuple(pair[k % 2] for pair in outer[k // 2]), high))
     for values, high in places:
@@ -133,6 +137,25 @@ def _shell_rows(shells: Mapping[tuple[float, float], Thin]) -> list[tuple[str, .
     return rows
 
 
+def _shot_rows(lines: Mapping[Case, Diagram], shots: Mapping[float, Shot]) -> tuple[list[tuple[str, ...]], str]:
+    """Each special point on elements and without, and how far they are apart; how many of those that settle are so
+    within both errors."""
+    rows, within = [], []
+    for case, one in lines.items():
+        if case.energy != "wunderlich" or case.narrow not in shots:
+            continue
+        shot = shots[case.narrow]
+        if len(shot.folds) != len(one.folds):
+            raise AssertionError(f"w/l = 1/{case.narrow:g}: {len(shot.folds)} folds of US without elements")
+        for what, place, (value, error) in shot.points(one):
+            apart = abs(place.limit.value - value)
+            if place.limit.settles:
+                within.append(apart <= place.limit.error + error)
+            cells = (f"{value:.6f}", f"{error:.0e}", *_ended(place.limit, place.values, 5))
+            rows.append((f"1/{case.narrow:g}", what, *cells, f"{apart:.0e}" if place.limit.settles else ""))
+    return rows, f"{sum(within)} of {len(within)}"
+
+
 def _three(cells: tuple[str, ...]) -> tuple[str, ...]:
     """Of as many meshes as there are."""
     return (*cells, *[""] * (3 - len(cells)))
@@ -159,12 +182,15 @@ def _shelled(ratio: float, shell: Thin) -> str:
     return f"{back:.4f} to {out:.4f} l at w/h = {ratio:g} (width {limit.value:.4f} {error})"
 
 
-def open_ones(lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], Thin]) -> list[str]:
-    """What does not settle, in words."""
+def open_ones(
+    lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], Thin], shots: Mapping[float, Shot]
+) -> list[str]:
+    """What does not settle, in words, but for what is known without elements."""
     found = []
     for case, one in lines.items():
+        known = ("U lost", "U again", "S lost") if case.energy == "wunderlich" and case.narrow in shots else ()
         for what, place in (("U lost", one.lost), ("U again", one.again), ("S lost", one.flat)):
-            if place is not None and not place.limit.settles:
+            if place is not None and not place.limit.settles and what not in known:
                 found.append(f"{case.energy}, w/l = 1/{case.narrow:g}: {what}")
         found += [
             f"{case.energy}, w/l = 1/{case.narrow:g}: fold {k + 1} of {branch}"
@@ -191,50 +217,17 @@ def answer(lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], T
     )
 
 
-SETUP = """\
-`shift_7_2`, nu = 0.3, weightless, clamps 0.5 l apart, both edges held, one clamp shifted from 0.01 l to 0.6 l. U: the
-upright arch, to where it is lost to a side; US: tilted, from there down to S; S: its middle at the height of the
-clamps, lost where the shift falls. Pseudo-arclength (`ribbonbench branches`) with the inertia of the exact second
-variation, every special point on three meshes; limit and error by `compare.measure.mesh_limit`. All shifts over l.
-Pieces are kept in out/validate/shift_branches."""
-WHAT = """\
-Where U is lost, and on the way back S, US leaves to the stable side, without a jump that is wider than {ripple:g} l.
-The jumps are between two folds further along US: on the way out the tilted strip, still high, jumps at fold 1; on the
-way back the low one at fold 2, to the arch itself where fold 2 lies below the shift at which U is lost. They come
-together as the strip gets wider, between w/l = 1/10 and 1/6. The sweeps of [7.2](shift/README.md), 0.355 to 0.400 for
-Wunderlich's strip of w/l = 1/20, saw these folds. Those of thin shells are the same ones, at nearly the same heights,
-nearer to each other. What finer meshes do not have ([before](branches_shell.md)) are the folds at the pitchfork on
-40 x 4 elements, not this pair."""
-NARROW = """\
-At w/l = 1/40 US leaves U steeply: its middle comes down by 0.004 l and the passages of zero curvature beside the
-clamps, 0.001 to 0.004 l from them, move by as much as their own distance while the shift changes by 0.001 l. Elements
-of 0.001 l there hold a passage until it leaps: the branch turns back at every step and does not get on. On elements of
-0.0002 l, reached over longer ones, it goes on to S; where it leaves U, growing faster with the distance, they hold the
-fork, whose place is that of U's own. Where U of this ribbon is unstable it turns back too, between two folds."""
-OTHERS = """\
-`sadowsky` has no value here: where the curvature passes zero its density is infinite with any twist, and U and US are
-twisted there. `finite` (w/h = 50, 50 equal elements, halved) is not followed beyond U, and at w/l = 1/10 not along it:
-the layer at its clamps is lost first ([7.2](shift/README.md)), on each mesh at another shift."""
-CROSSED = """\
-What does not settle in `finite` is where the layer at its clamps gives way. eta = kappa tau / (kappa^2 + 1 / zeta^2)
-is greatest at |kappa| = 1 / zeta, where the derivative of x = w eta' / 2 by kappa' passes zero: nothing resists a
-change of kappa' there. From a shift of about 0.304 on the clamp's curvature is below 1 / zeta, and beside it kappa
-crosses that value as steeply as elements let it: those that are not short at the crossing hold it, and U goes on (on
-elements graded to the clamps alone it is lost at 0.3192, 0.3167, 0.3147, halved: 7.2). With a joint on every crossing,
-ever shorter elements there, placed anew at every state, the last stable state that is found of U is at {ends}, soon
-behind the first crossing. What it becomes beyond, a curvature that may leap from kappa to 1 / (zeta^2 kappa) at one
-eta, continuous curvatures do not hold: so U again, US and S have no number."""
-
-
 def write(
     path: Path,
     lines: Mapping[Case, Diagram],
     shells: Mapping[tuple[float, float], Thin],
+    shots: Mapping[float, Shot],
     crossed: Sequence[Mapping[str, Any]],
     ends: Settled,
 ) -> None:
     """The page."""
-    left = open_ones(lines, shells)
+    left = open_ones(lines, shells, shots)
+    both, within = _shot_rows(lines, shots)
     rippled = [f"{one.ripples} folds (w/l = 1/{case.narrow:g})" for case, one in lines.items() if one.ripples]
     page.write(
         path,
@@ -242,21 +235,24 @@ def write(
         "python -m tests.validation shift_branches",
         f"Not settled: {'; '.join(left)}." if left else "Every special point settles over its meshes.",
         answer(lines, shells),
-        SETUP.replace("\n", " "),
+        words.SETUP.replace("\n", " "),
         "![Height of the middle over the shift](shift_branches.png)",
         "Full: stable, dashed: not; points: special ones with their errors. Shells: finest mesh, US as followed.",
         "## What the hysteresis is",
-        WHAT.replace("\n", " ").format(ripple=RIPPLE),
+        words.WHAT.replace("\n", " ").format(ripple=RIPPLE),
         "## Ribbons and rods",
         "Elements of `wunderlich` are placed anew at every point (`Grading`), those of `kirchhoff` (w/h = 50; it does "
         f"not know w/l) are 50 equal ones; halved twice. Pairs of folds nearer to each other (or one to the "
         f"fork) than {RIPPLE:g} l are what elements make of a steep piece and are not counted: "
         f"{', '.join(rippled) or 'none'}, `wunderlich`.",
         page.table(("model", "w/l", "w/h", "what", "elements", "halved", "twice", "limit", "+-"), _rows(lines)),
-        NARROW.replace("\n", " "),
-        OTHERS.replace("\n", " "),
+        words.NARROW.replace("\n", " "),
+        "### The same without elements",
+        words.WITHOUT.replace("\n", " ").format(integral=max(one.integral for one in shots.values()), within=within),
+        page.table(("w/l", "what", "by shooting", "+-", "on elements", "+-", "apart"), both),
+        words.OTHERS.replace("\n", " "),
         "### `finite` on elements that stand at its crossings (w/l = 1/20, w/h = 50)",
-        CROSSED.replace("\n", " ").format(ends=f"{ends.value:.4f} +- {ends.error:.0e}"),
+        words.CROSSED.replace("\n", " ").format(ends=f"{ends.value:.4f} +- {ends.error:.0e}"),
         page.table(
             ("shortest", "longest element", "elements", "last stable shift", "first crossing at", "clamp's curvature"),
             [
@@ -276,7 +272,5 @@ def write(
         "followed down to a height of 0.18 l. Where S is lost at w/h = 50 settles on meshes that are halved: "
         "[branches of shells](branches_shell.md).",
         page.table(("w/l", "w/h", "meshes", "what", "coarse", "finer", "finest", "limit", "+-"), _shell_rows(shells)),
-        "Not measured here: shells of w/h = 200, which need 135 x 13 and 203 x 20 elements beside 90 x 9, and of other "
-        "widths (where U is lost: "
-        "[7.2](shift/README.md)), strips with weight.",
+        words.THIN.replace("\n", " "),
     )
