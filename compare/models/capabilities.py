@@ -348,7 +348,8 @@ class BranchStart:
     D w / l^2, of what holds s = l at a point of this shape, None: nothing does, or the model does not say; costly:
     elements half as long cost so much that regular points have no errors of theirs unless asked for; planar: whether
     the unknowns keep the shape in a plane; aside: then the lowest eigenvalues (k,) of the second variation aside of it
-    at a point, ascending, k above the number of unstable ones: None: no model of what is aside.
+    at a point, ascending, k above the number of unstable ones: None: no model of what is aside; downhill: systems and
+    z of where the model's minimiser goes from a point moved by dz (n,), None: it has none for that.
     """
 
     state: State
@@ -361,6 +362,7 @@ class BranchStart:
     costly: bool = False
     planar: bool = False
     aside: Callable[[Point], FloatArray] | None = None
+    downhill: Callable[[Point, FloatArray], tuple[System, FloatArray] | None] | None = None
 
 
 @runtime_checkable

@@ -86,7 +86,7 @@ def branch_start(scene_at: Callable[[float], Scene], state: State, moving: bool 
         end = shape.equilibrium.end_support
         return None if end is None else end.force
 
-    return BranchStart(state, system, z, shape, lambda count: others(system, z, count), freed, force)
+    return BranchStart(state, system, z, shape, lambda count: others(system, z, count), freed, force, downhill=downhill)
 
 
 def freed(point: Point) -> Freed | None:
@@ -117,6 +117,22 @@ def freed(point: Point) -> Freed | None:
                 )  # fmt: skip
 
     return Freed(found.stable, beside)
+
+
+def downhill(point: Point, dz: FloatArray) -> tuple[Equations, FloatArray] | None:
+    """Where the ribbon's minimiser goes from a point moved by dz: a system and z; None where it finds nothing."""
+    system = point.system
+    assert isinstance(system, Equations)
+    problem = system.problem(point.t)
+    x, _ = system.whole(point.z + system.reach(point.z, dz) * dz, point.t)
+    omega, eta = problem.joint_values(x)
+    found = from_shape(problem, omega, eta, How(options={"max_iter": _MOST}, check=False))
+    if not found.residual <= RESIDUAL_TOLERANCE or not isinstance(found.problem, MixedProblem):
+        return None
+    return Equations.of(
+        system.problem_at, found.problem.lengths, point.t, found.x, found.rows, found.multipliers,
+        touching=found.problem.touching,
+    )  # fmt: skip
 
 
 #: Length of an element at a passage over the mean one, and growth with the distance over the mean length.
