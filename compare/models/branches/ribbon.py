@@ -21,11 +21,12 @@ from ribbon.find.branch.equations import Equations
 from ribbon.find.branch.passages import Grading
 from ribbon.find.seeds import held_straight
 from ribbon.find.solving.request import How
-from ribbon.find.solving.search import from_shape
+from ribbon.find.solving.search import from_shape, from_state
 from ribbon.find.solving.verdict import judged
 from ribbon.judge.stability import STRAIGHT, judge
 from ribbon.problems.mixed import MixedProblem
 from ribbon.sensitivity.system import point
+from ribbon.solvers import choose
 from ribbon.solvers.problem import KNOWN, RESIDUAL_TOLERANCE, Minimum, kkt_residual
 from ribbonbench.errors import BadInput
 
@@ -119,14 +120,18 @@ def freed(point: Point) -> Freed | None:
     return Freed(found.stable, beside)
 
 
+#: Steps downhill that stay on their side (`ribbon.find.minima`).
+_SHORT = {"reach": 0.3, "mu_init": 1e-5, "max_iter": 300}
+
+
 def downhill(point: Point, dz: FloatArray) -> tuple[Equations, FloatArray] | None:
-    """Where the ribbon's minimiser goes from a point moved by dz: a system and z; None where it finds nothing."""
+    """Where short steps downhill lead from a point moved by dz: a system and z; None where they end nowhere."""
     system = point.system
     assert isinstance(system, Equations)
     problem = system.problem(point.t)
     x, _ = system.whole(point.z + system.reach(point.z, dz) * dz, point.t)
-    omega, eta = problem.joint_values(x)
-    found = from_shape(problem, omega, eta, How(options={"max_iter": _MOST}, check=False))
+    with choose.using("newton"):  # the one that knows short steps
+        found = from_state(problem, x, How(options=dict(_SHORT), check=False))
     if not found.residual <= RESIDUAL_TOLERANCE or not isinstance(found.problem, MixedProblem):
         return None
     return Equations.of(

@@ -76,7 +76,7 @@ def sentences(found: States) -> list[str]:
     if len(found.barriers) > _BARRIERS:
         said.append(f"{len(found.barriers) - _BARRIERS} more barriers stand in result.json (states_search.barriers).")
     if not found.complete:
-        said.append("The time was spent before all starts were gone from.")
+        said.append("The time was spent before all starts were gone from, and all saddles to both sides.")
     said.append("A list is no proof: other equilibria may lie where none of these starts led.")
     return said
 

@@ -69,8 +69,8 @@ class Seen:
 
 @dataclass(frozen=True)
 class Barrier:
-    """A saddle (number of a state with one unstable mode), the two states that the minimiser goes to from either side
-    of it, lower first, and its height over each (D w / l), with errors (None: one of both has none that settles). The
+    """A saddle (number of a state with one unstable mode), the two states that short steps downhill lead to from its
+    sides, lower first, and its height over each (D w / l), with errors (None: one of both has none that settles). The
     way over it is there; a lower one over a saddle that was not seen may be."""
 
     saddle: int
@@ -82,8 +82,8 @@ class Barrier:
 @dataclass(frozen=True)
 class States:
     """What was seen, by energy; own: which of them the scene's own solve leads to; tries: starts that were gone from;
-    complete: whether all of them were, within the time; costly: whether errors are not asked for, as finer elements
-    of the model cost too much; barriers: between two that are told apart, lowest first."""
+    complete: whether all of them, and all saddles, were, within the time; costly: whether errors are not asked for, as
+    finer elements of the model cost too much; barriers: between two that are told apart, lowest first."""
 
     seen: tuple[Seen, ...]
     own: int
@@ -145,6 +145,7 @@ class _Search:
         self.end = time.monotonic() + budget
         self.points: list[tuple[Point, str, FloatArray, Shape]] = []
         self.tries = 0
+        self.cut = False
 
     def all(self) -> States:
         """Everything that the starts lead to."""
@@ -168,7 +169,8 @@ class _Search:
             if time.monotonic() > self.end:
                 complete = False
                 break
-        return self._listed(complete, self._sides())
+        sides = self._sides()
+        return self._listed(complete and not self.cut, sides)
 
     def _sides(self) -> list[tuple[int, int, int]]:
         """Of every saddle with one unstable mode the numbers of it and of both states beside it, among the points."""
@@ -177,8 +179,11 @@ class _Search:
             return found
         for k, (saddle, *_) in enumerate(self.points[:]):
             factor = saddle.system.factor(saddle.z, 0.0)
-            if saddle.unstable != 1 or factor is None or time.monotonic() > self.end:
+            if saddle.unstable != 1 or factor is None:
                 continue
+            if time.monotonic() > self.end:
+                self.cut = True
+                break
             values, modes = bordered.near_zero(saddle.system, factor, _NEAR)
             if not values[0] < 0.0:
                 continue
