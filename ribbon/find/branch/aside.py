@@ -12,7 +12,8 @@ and with Lambda, the force and weight that the chain's function has beside the t
     Q = int [ tau^2 + w^2 omega_0^2 eta'^2 / 24 - omega_0 a tau / 2 + Lambda_n a b / 2 - Lambda_t a^2 / 2 ] ds
 
 (docs/theory.md, eq. (8.11); the term with w is Wunderlich's, from (1 + eta^2)^2 artanh(x) / x at x = w eta' / 2;
-Sadowsky's strip is without). A clamp holds a and b, both clamps the mean of a. Where a plane pushes, it does so at both edges: b = 0 there,
+Sadowsky's strip is without). A clamp holds a and b, both clamps the mean of a.
+Where a plane pushes, it does so at both edges: b = 0 there,
 and so along a flat part, which may yaw as a whole. Edges add nothing to second order: their height over a place goes
 with the odd powers of the distance from the centreline.
 
