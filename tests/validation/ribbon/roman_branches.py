@@ -29,7 +29,7 @@ from ribbon.find.branch.aside import of_chain
 from ribbon.find.branch.chain import Setting
 from ribbon.find.branch.confined import Confined
 from ribbon.find.branch.folds import HUMP, arch, humped, waves
-from tests.reference.aside_shooting import critical
+from tests.reference.aside_shooting import critical, determinant
 from tests.validation import page
 from tests.validation.number import Number
 from tests.validation.ribbon.roman import DELTA, GAMMA, Experiment, free_height, line_contact, press
@@ -350,8 +350,12 @@ def _beside() -> list[list[str]]:
             shot = ["", ""]
             if not width and name in SHOT_ASIDE:
                 near = found.value
-                own = critical(near - 1e-5, near + 1e-5, DELTA, GAMMA, SHOT_ASIDE[name])
-                shot = [f"{own:.10f}", f"{near - own:+.0e}"]
+                ends = [determinant(near + side, DELTA, GAMMA, SHOT_ASIDE[name]) for side in (-1e-5, 1e-5)]
+                if ends[0] * ends[1] < 0.0:
+                    own = critical(near - 1e-5, near + 1e-5, DELTA, GAMMA, SHOT_ASIDE[name])
+                    shot = [f"{own:.10f}", f"{near - own:+.0e}"]
+                else:
+                    shot = ["none within 1e-05", ""]
             rows.append([name, f"{width:g}", f"{found.value:.9f}", error, "", *shot])
     return rows
 
