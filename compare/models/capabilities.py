@@ -346,7 +346,10 @@ class BranchStart:
     follow from its own shape, each with what it is, its system and z, relaxed where the model can relax it; freed: what
     is free at a point whose count of unstable modes is therefore not all, None: nothing is; force: on the strip (3,),
     D w / l^2, of what holds s = l at a point of this shape, None: nothing does, or the model does not say; costly:
-    elements half as long cost so much that regular points have no errors of theirs unless asked for.
+    elements half as long cost so much that regular points have no errors of theirs unless asked for; planar: whether
+    the unknowns keep the shape in a plane; aside: then the lowest eigenvalues (k,) of the second variation aside of it
+    at a point, ascending, k above the number of unstable ones: None: no model of what is aside; downhill: systems and
+    z of where the model's minimiser goes from a point moved by dz (n,), None: it has none for that.
     """
 
     state: State
@@ -357,6 +360,9 @@ class BranchStart:
     freed: Callable[[Point], Freed | None] = lambda point: None
     force: Callable[[Point, Shape], FloatArray | None] = lambda point, shape: None
     costly: bool = False
+    planar: bool = False
+    aside: Callable[[Point], FloatArray] | None = None
+    downhill: Callable[[Point, FloatArray], tuple[System, FloatArray] | None] | None = None
 
 
 @runtime_checkable

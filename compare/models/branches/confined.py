@@ -16,7 +16,7 @@ from compare.models.base import Shape, State, on_strip
 from compare.models.capabilities import BranchStart
 from compare.models.line import Line
 from compare.scene.scene import Scene
-from ribbon.find.branch import chain, folds
+from ribbon.find.branch import aside, chain, folds
 from ribbon.find.branch.chain import Setting
 from ribbon.find.branch.confined import Confined
 from ribbonbench.errors import BadInput
@@ -27,6 +27,8 @@ FloatArray = NDArray[np.float64]
 LEVEL, TURNED, STRAIGHT = 2e-6, 1e-9, 1e-6
 #: Elements of an arc, for how many of the scene's on the whole strip, at the least.
 SHARE, LEAST = 15, 8
+#: Eigenvalues aside of the plane that are asked for.
+_ASIDE = 12
 #: Samples of an arc for its shape.
 _SAMPLES = 81
 #: A place between the ends of the range, and what is off a straight line there at the most.
@@ -83,7 +85,15 @@ def branch_start(scene_at: Callable[[float], Scene], state: State) -> BranchStar
         here = scene_at(point.t)
         return ConfinedShape(point.system, point.z, point.t, np.asarray(here.position), here.frame, here.width)
 
-    return BranchStart(state, system, z, shape, lambda count: iter(()))
+    def beside(point: Point) -> FloatArray:
+        assert isinstance(point.system, Confined)
+        here, own = scene_at(point.t), point.system.chain
+        width = here.width if here.model.energy == "wunderlich" else 0.0
+        first, last = (held is not None and held.ruling == "straight" for held in (here.clamp_start, here.clamp_end))
+        elements = min(own.elements // 2, 8)
+        return aside.of_chain(own, point.z, setting_at(point.t), width, (first, last), elements).lowest(_ASIDE)
+
+    return BranchStart(state, system, z, shape, lambda count: iter(()), planar=True, aside=beside)
 
 
 def _given(scene_at: Callable[[float], Scene]) -> Callable[[float], Setting]:

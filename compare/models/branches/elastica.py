@@ -248,7 +248,7 @@ def branch_start(scene_at: Callable[[float], Scene], state: State) -> BranchStar
         along, up = np.asarray(found.forces.end) - np.asarray(found.problem.force)  # a load at the tip is no support
         return np.asarray(along * scene.frame[:, 2] - up * scene.frame[:, 1])
 
-    return BranchStart(state, system, z, shape, lambda count: others(system, z, count), force=force)
+    return BranchStart(state, system, z, shape, lambda count: others(system, z, count), force=force, planar=True)
 
 
 #: Waves and sizes (rad) of random angles; the seed of the committed draws.

@@ -21,11 +21,12 @@ from ribbon.find.branch.equations import Equations
 from ribbon.find.branch.passages import Grading
 from ribbon.find.seeds import held_straight
 from ribbon.find.solving.request import How
-from ribbon.find.solving.search import from_shape
+from ribbon.find.solving.search import from_shape, from_state
 from ribbon.find.solving.verdict import judged
 from ribbon.judge.stability import STRAIGHT, judge
 from ribbon.problems.mixed import MixedProblem
 from ribbon.sensitivity.system import point
+from ribbon.solvers import choose
 from ribbon.solvers.problem import KNOWN, RESIDUAL_TOLERANCE, Minimum, kkt_residual
 from ribbonbench.errors import BadInput
 
@@ -86,7 +87,7 @@ def branch_start(scene_at: Callable[[float], Scene], state: State, moving: bool 
         end = shape.equilibrium.end_support
         return None if end is None else end.force
 
-    return BranchStart(state, system, z, shape, lambda count: others(system, z, count), freed, force)
+    return BranchStart(state, system, z, shape, lambda count: others(system, z, count), freed, force, downhill=downhill)
 
 
 def freed(point: Point) -> Freed | None:
@@ -117,6 +118,26 @@ def freed(point: Point) -> Freed | None:
                 )  # fmt: skip
 
     return Freed(found.stable, beside)
+
+
+#: Steps downhill that stay on their side (`ribbon.find.minima`).
+_SHORT = {"reach": 0.3, "mu_init": 1e-5, "max_iter": 300}
+
+
+def downhill(point: Point, dz: FloatArray) -> tuple[Equations, FloatArray] | None:
+    """Where short steps downhill lead from a point moved by dz: a system and z; None where they end nowhere."""
+    system = point.system
+    assert isinstance(system, Equations)
+    problem = system.problem(point.t)
+    x, _ = system.whole(point.z + system.reach(point.z, dz) * dz, point.t)
+    with choose.using("newton"):  # the one that knows short steps
+        found = from_state(problem, x, How(options=dict(_SHORT), check=False))
+    if not found.residual <= RESIDUAL_TOLERANCE or not isinstance(found.problem, MixedProblem):
+        return None
+    return Equations.of(
+        system.problem_at, found.problem.lengths, point.t, found.x, found.rows, found.multipliers,
+        touching=found.problem.touching,
+    )  # fmt: skip
 
 
 #: Length of an element at a passage over the mean one, and growth with the distance over the mean length.

@@ -197,6 +197,13 @@ def _told(branch: Branch, key: str) -> str:
     return f"the scene's own branch {change} at {key} = {_place(first)}, {what}"
 
 
+#: What is said of modes aside of the plane of a model's unknowns, by whether they are counted.
+_ASIDE = {
+    True: "modes aside of its plane are counted, for rulings that are free; what leaves there is not followed",
+    False: "its unknowns are of a plane, modes aside of it are not counted: --model with a ribbon's energy tells them",
+}
+
+
 def sentences(diagram: Diagram) -> list[str]:
     """What else to know."""
     said = []
@@ -214,7 +221,8 @@ def sentences(diagram: Diagram) -> list[str]:
     regular = [p for b in diagram.branches if b.image_of is None for p in b.points if p.kind == "regular"]
     if all(p.bars is None for p in regular):
         said.append("Regular points have no errors: --errors all asks finer elements for them too.")
-    events = sum(p.kind == "event" for _, p in diagram.special)
+    said += [f"{model}: {_ASIDE[counted]}." for model, counted in diagram.aside.items()]
+    events = sum(p.kind == "event" and p.aside is None for _, p in diagram.special)
     if events:
         said.append(f"{events} bounds or contacts begin or end on the way; the branches go on behind them.")
     if diagram.left:
@@ -245,8 +253,9 @@ def record(diagram: Diagram) -> dict[str, Any]:
                 "parameter_error": p.error, "settles": p.settles if p.bars is None or p.settles is not None
                 else p.bars.settles, "order": p.settled.order if p.settled else None,
                 "limit": p.settled.value if p.settled and p.settled.settles else None,
-                "on_meshes": list(p.meshes), "unstable_modes": p.unstable, "stable": p.stable, "energy": p.energy,
-                "energy_error": known(p.bars, "energy"), "shape_error": known(p.bars, "shape"), "end_force": p.force,
+                "on_meshes": list(p.meshes), "unstable_modes": p.unstable, "unstable_aside": p.aside,
+                "stable": p.stable, "energy": p.energy, "energy_error": known(p.bars, "energy"),
+                "shape_error": known(p.bars, "shape"), "end_force": p.force,
                 "end_force_error": known(p.bars, "force"),
                 "critical_eigenvalues": list(p.critical), "arc": p.arc, "end": p.end, "middle": p.middle,
                 "residual": p.residual, "what": p.what, "shape": {"file": SHAPES, "row": place},
@@ -266,6 +275,7 @@ def record(diagram: Diagram) -> dict[str, Any]:
             }
             for b in diagram.branches
         ],
+        "modes_aside": {model: "counted" if known else "not counted" for model, known in diagram.aside.items()},
         "not_followed": diagram.left,
         "not_settled": diagram.unsettled,
         "points": points,

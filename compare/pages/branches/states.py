@@ -15,6 +15,8 @@ from compare.studies.branches.measured import LINE
 from compare.studies.branches.states import Seen, States
 
 SHAPES = "states.npz"
+#: Barriers that are told, lowest first.
+_BARRIERS = 5
 FILES = {SHAPES: "centrelines (states, 101, 3) in l, in the order of `states`"}
 _COLUMNS = (
     Column("state", "state", kind="integer"),
@@ -66,10 +68,21 @@ def sentences(found: States) -> list[str]:
             f"{len(found.lower)} stable states lie below the scene's own, the lowest at {least.energy:.6g} D w / l, "
             f"{least.distance:.2g} l away."
         )
+    said += [
+        f"From state {b.saddle}, a saddle, the strip falls to state {b.ends[0]} or {b.ends[1]}: barriers of "
+        f"{_height(b.heights[0], b.errors[0])} and {_height(b.heights[1], b.errors[1])} D w / l."
+        for b in found.barriers[:_BARRIERS]
+    ]  # fmt: skip
+    if len(found.barriers) > _BARRIERS:
+        said.append(f"{len(found.barriers) - _BARRIERS} more barriers stand in result.json (states_search.barriers).")
     if not found.complete:
-        said.append("The time was spent before all starts were gone from.")
+        said.append("The time was spent before all starts were gone from, and all saddles to both sides.")
     said.append("A list is no proof: other equilibria may lie where none of these starts led.")
     return said
+
+
+def _height(height: float, error: float | None) -> str:
+    return f"{height:.4g} " + ("(no error)" if error is None else f"+- {error:.1g}")
 
 
 def _energy(seen: Seen) -> float:
@@ -87,7 +100,20 @@ def record(found: States) -> dict[str, Any]:
         }
         for k, s in enumerate(found.seen)
     ]  # fmt: skip
-    search = {"tries": found.tries, "complete": found.complete, "proof": False, "distances": found.distances()}
+    barriers = [
+        {
+            "saddle": b.saddle,
+            "states": list(b.ends),
+            "heights": list(b.heights),
+            "errors": list(b.errors),
+            **({"errors_why": "a state does not settle on finer elements"} if None in b.errors else {}),
+        }
+        for b in found.barriers
+    ]
+    search = {
+        "tries": found.tries, "complete": found.complete, "proof": False, "distances": found.distances(),
+        "barriers": barriers,
+    }  # fmt: skip
     return {"states": seen, "states_search": search}
 
 

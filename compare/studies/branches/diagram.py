@@ -31,7 +31,9 @@ class BranchPoint:
     energy: total, D w / l, without the constant of the natural curvature; arc: arc length from the branch's first
     point; end, middle (3,): positions, l; residual: the norm of what is left; critical: eigenvalues that are zero
     there, as located; what: an event in words; force (3,): on the strip, of what holds s = l, D w / l^2 (None: nothing
-    does, or the model does not say); bars: errors of all these numbers, None: not asked for.
+    does, or the model does not say); bars: errors of all these numbers, None: not asked for; aside: how many
+    of a regular point's unstable modes are aside of the plane that the unknowns keep the shape in (of an event where
+    they change, by how many), None: there is no such plane, or they are not counted.
     """
 
     parameter: float
@@ -51,6 +53,7 @@ class BranchPoint:
     shape: Shape | None = field(default=None, repr=False)
     force: FloatArray | None = None
     bars: Bars | None = None
+    aside: int | None = None
 
     @property
     def stable(self) -> bool:
@@ -127,7 +130,8 @@ class Diagram:
     """All branches of all models of a scene over one number.
 
     starts: model -> its state where its first branch begins; left: branches that were met and not followed; moving:
-    whether elements followed what is sudden in the shape."""
+    whether elements followed what is sudden in the shape; aside: model -> whether modes aside of the plane of its
+    unknowns are counted, without models whose unknowns are of space."""
 
     scene: Scene
     along: Along
@@ -135,6 +139,7 @@ class Diagram:
     starts: Mapping[str, State]
     left: int = 0
     moving: bool = False
+    aside: Mapping[str, bool] = field(default_factory=dict)
 
     @property
     def special(self) -> list[tuple[Branch, BranchPoint]]:

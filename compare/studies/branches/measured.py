@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -13,6 +14,7 @@ from compare.continuation.point import Kind, Options, Point, Special
 from compare.measure.mesh_limit import Settled, settled
 from compare.models.capabilities import BranchStart
 from compare.studies.branches.along import Along
+from compare.studies.branches.aside import Passed
 from compare.studies.branches.bars import Bars, Numbers, bars
 from compare.studies.branches.diagram import BranchPoint
 
@@ -95,6 +97,17 @@ class Measured:
         return replace(
             made, settled=self._settled(values), meshes=tuple(self.along.value(t) for t in values),
             critical=special.values, what=special.what, bars=self._bars(made, [x.point for x in chain[1:]], False),
+        )  # fmt: skip
+
+    def aside(self, passed: Passed, finer: bool) -> BranchPoint:
+        """Where a mode aside of the plane changes its stability; finer: with its errors."""
+        made = replace(self.plain(passed.point, "event"), what=passed.what, aside=passed.change)
+        if not finer:
+            return replace(made, meshes=(made.parameter,))
+        values = [passed.point.t, *(math.nan if one is None else one.t for one in passed.finer)]
+        return replace(
+            made, settled=self._settled(values), meshes=tuple(self.along.value(t) for t in values),
+            bars=self._bars(made, passed.finer, False),
         )  # fmt: skip
 
     def _bars(self, made: BranchPoint, finer: Sequence[Point | None], level: bool) -> Bars:

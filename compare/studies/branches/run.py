@@ -30,11 +30,11 @@ from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.provenance import software
 from compare.store.store import case_key
-from compare.studies.branches import freed
+from compare.studies.branches import aside, freed
 from compare.studies.branches.along import Along, number_of, placed
 from compare.studies.branches.diagram import Branch, BranchPoint, Diagram
 from compare.studies.branches.images import Image, Known
-from compare.studies.branches.measured import Measured, unpinned
+from compare.studies.branches.measured import HALVINGS, Measured, unpinned
 from ribbonbench.errors import BadInput
 from ribbonbench.threads import alone
 
@@ -115,14 +115,17 @@ def diagram(
     end = None if asked.budget is None else time.monotonic() + asked.budget
     branches: list[Branch] = []
     starts: dict[str, State] = {}
+    counted: dict[str, bool] = {}
     left = 0
     with kept(keep, _key(scene, key, first, last, words, asked)):
         for word, name, along in chosen:
             found = _Models(word, name, along, asked, end, say)
             branches += found.all(len(branches))
             starts[word] = found.start.state
+            if found.start.planar:
+                counted[word] = found.start.aside is not None
             left += found.left
-    return Diagram(scene, chosen[0][2], tuple(branches), starts, left, asked.moving)
+    return Diagram(scene, chosen[0][2], tuple(branches), starts, left, asked.moving, counted)
 
 
 def _key(scene: Scene, key: str, first: float | None, last: float | None, words: Sequence[str], asked: Asked) -> str:
@@ -268,13 +271,16 @@ class _Models:
 
         self._told(f"{self.word}: branch {number} from {key} = {begun:.6g}{origin}")
         run = follow(first, (0.0, 1.0), self.options, on_point)
+        beside, turns = self._aside(run.points, image is not None)
         free = freed.unstable(run.points, self.start.freed, self._spent)
         made = [
-            (point.arc, 1, 0, replace(put, unstable=1) if falls else put)
-            for point, put, falls in zip(
-                run.points, self.measured.put_again(run.points, image is not None), free, strict=True
+            (point.arc, 1, 0, replace(put, unstable=1) if falls else replace(
+                put, unstable=put.unstable + (more or 0), aside=more))
+            for point, put, falls, more in zip(
+                run.points, self.measured.put_again(run.points, image is not None), free, beside, strict=True
             )
-        ]
+        ]  # fmt: skip
+        made += turns
         fallen = None if image is not None else self._fallen(run.points, free)
         if fallen is not None:
             what = "it falls by other rulings of its straight part"
@@ -286,7 +292,7 @@ class _Models:
             made.append((special.point.arc, 0, special.change, self.measured.located(special, once)))
         made.sort(key=lambda entry: entry[:2])
         points: list[BranchPoint] = []
-        count = run.points[0].unstable
+        count = run.points[0].unstable + (beside[0] or 0)
         for _, regular, change, point in made:
             before, count = count, point.unstable if regular else max(count + change, 0)
             both = count if regular or point.kind == "event" else min(before, count)
@@ -295,6 +301,26 @@ class _Models:
             self.word, number, tuple(points), run.ended, leaves, None if image is None else image.of, free.count(None),
             None if image is None else image.by, circle=isinstance(first.system, Pinned),
         ), run, fallen  # fmt: skip
+
+    def _aside(
+        self, points: Sequence[Point], image: bool
+    ) -> tuple[list[int | None], list[tuple[float, int, int, BranchPoint]]]:
+        """Numbers of unstable modes aside of the plane, and where they change, as entries of a branch; None, none:
+        they are not told apart, or not known."""
+        asks = self.start.aside
+        if asks is None:
+            return [None] * len(points), []
+        self._told(f"{self.word}: modes aside of its plane")
+        found = aside.counts(points, asks)
+        halvings = HALVINGS if self.measured.special and not image else 0
+        entries = []
+        for one in aside.passed(points, found, asks, self.options, halvings):
+            if one is None:
+                self.left += 1
+                continue
+            self.left += one.change > 0 and not image  # what leaves there is not of the plane
+            entries.append((one.point.arc, 0, one.change, self.measured.aside(one, halvings > 0)))
+        return [*found], entries
 
     def _fallen(self, points: Sequence[Point], free: Sequence[bool | None]) -> freed.Lost | None:
         """Where the branch first loses its stability to what is free on it."""

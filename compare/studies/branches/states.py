@@ -23,7 +23,7 @@ from compare.models.base import Shape, check_keys
 from compare.models.capabilities import Branches, BranchStart
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
-from compare.studies.branches.bars import Bars, Numbers, bars
+from compare.studies.branches.bars import Bars, Numbers, bars, known
 from compare.studies.branches.measured import HALVINGS, LINE
 from ribbonbench.errors import BadInput
 from ribbonbench.threads import alone
@@ -34,8 +34,9 @@ FloatArray = NDArray[np.float64]
 TRIES, BUDGET = 16, 120.0
 #: Distance (l, of points at the same s) and difference of energies (relative, at least 1) of two that are one.
 SAME, ALIKE = 1e-3, 1e-6
-#: Length in the metric of shapes by which a state is moved along its softest mode.
-PUSHED = 0.3
+#: Length in the metric of shapes by which a state is moved along its softest mode, and a saddle to either side; modes
+#: among which that of a saddle is looked for.
+PUSHED, ASIDE, _NEAR = 0.3, 0.1, 3
 
 
 @dataclass(frozen=True)
@@ -67,16 +68,29 @@ class Seen:
 
 
 @dataclass(frozen=True)
+class Barrier:
+    """A saddle (number of a state with one unstable mode), the two states that short steps downhill lead to from its
+    sides, lower first, and its height over each (D w / l), with errors (None: one of both has none that settles). The
+    way over it is there; a lower one over a saddle that was not seen may be."""
+
+    saddle: int
+    ends: tuple[int, int]
+    heights: tuple[float, float]
+    errors: tuple[float | None, float | None]
+
+
+@dataclass(frozen=True)
 class States:
     """What was seen, by energy; own: which of them the scene's own solve leads to; tries: starts that were gone from;
-    complete: whether all of them were, within the time; costly: whether errors are not asked for, as finer elements
-    of the model cost too much."""
+    complete: whether all of them, and all saddles, were, within the time; costly: whether errors are not asked for, as
+    finer elements of the model cost too much; barriers: between two that are told apart, lowest first."""
 
     seen: tuple[Seen, ...]
     own: int
     tries: int
     complete: bool
     costly: bool = False
+    barriers: tuple[Barrier, ...] = ()
 
     @property
     def unsettled(self) -> int:
@@ -131,6 +145,7 @@ class _Search:
         self.end = time.monotonic() + budget
         self.points: list[tuple[Point, str, FloatArray, Shape]] = []
         self.tries = 0
+        self.cut = False
 
     def all(self) -> States:
         """Everything that the starts lead to."""
@@ -154,7 +169,38 @@ class _Search:
             if time.monotonic() > self.end:
                 complete = False
                 break
-        return self._listed(complete)
+        sides = self._sides()
+        return self._listed(complete and not self.cut, sides)
+
+    def _sides(self) -> list[tuple[int, int, int]]:
+        """Of every saddle with one unstable mode the numbers of it and of both states beside it, among the points."""
+        found: list[tuple[int, int, int]] = []
+        if self.start.downhill is None:
+            return found
+        for k, (saddle, *_) in enumerate(self.points[:]):
+            factor = saddle.system.factor(saddle.z, 0.0)
+            if saddle.unstable != 1 or factor is None:
+                continue
+            if time.monotonic() > self.end:
+                self.cut = True
+                break
+            values, modes = bordered.near_zero(saddle.system, factor, _NEAR)
+            if not values[0] < 0.0:
+                continue
+            ends = [self._below(saddle, sign * modes[:, 0]) for sign in (ASIDE, -ASIDE)]
+            if ends[0] is not None and ends[1] is not None and ends[0] != ends[1]:
+                found.append((k, ends[0], ends[1]))
+        return found
+
+    def _below(self, saddle: Point, dz: FloatArray) -> int | None:
+        """The number of the stable state below a saddle on the side of dz."""
+        assert self.start.downhill is not None
+        found = self.start.downhill(saddle, dz)
+        point = None if found is None else first_point(*found, 0.0, Options().tolerance, check=False)
+        top = saddle.system.energy(saddle.z, 0.0)
+        if point is None or point.unstable or not point.system.energy(point.z, 0.0) < top:
+            return None
+        return self._add(point, "downhill from a saddle")
 
     def _starts(self) -> Iterator[tuple[str, System, FloatArray]]:
         """Its own state pushed along its softest mode both ways, then the model's others."""
@@ -168,13 +214,17 @@ class _Search:
                     yield f"pushed along mode {k}", self.own.system, self.own.z + share * step
         yield from self.start.others(self.count)
 
-    def _add(self, point: Point, found_by: str) -> None:
+    def _add(self, point: Point, found_by: str) -> int:
+        """Its number among the points, a new one where it is not there yet."""
         shape = self.start.shape(point)
         line = shape.centreline(np.linspace(0.0, 1.0, LINE))
-        if all(np.abs(line - other).max() > SAME for _, _, other, _ in self.points):
-            self.points.append((point, found_by, line, shape))
+        for k, (_, _, other, _) in enumerate(self.points):
+            if not np.abs(line - other).max() > SAME:
+                return k
+        self.points.append((point, found_by, line, shape))
+        return len(self.points) - 1
 
-    def _listed(self, complete: bool) -> States:
+    def _listed(self, complete: bool, sides: list[tuple[int, int, int]]) -> States:
         own_line = self.points[0][2]
         energies = [point.system.energy(point.z, point.t) for point, *_ in self.points]
         order = sorted(range(len(energies)), key=lambda k: (round(energies[k], 9), k))
@@ -191,7 +241,8 @@ class _Search:
             image = alike[0] if alike else None
             error = self._bars(point, line) if image is None else seen[image].bars
             seen.append(Seen(energies[k], point.unstable, off, found_by, image, line, shape, error))
-        return States(tuple(seen), order.index(0), self.tries, complete, self.start.costly)
+        barriers = sorted((_barrier(seen, *(order.index(k) for k in side)) for side in sides), key=_lowest)
+        return States(tuple(seen), order.index(0), self.tries, complete, self.start.costly, tuple(barriers))
 
     def _bars(self, point: Point, line: FloatArray) -> Bars | None:
         """Of a state, by the same one on elements halved twice."""
@@ -211,3 +262,18 @@ class _Search:
             same, here = same and finer.unstable == point.unstable, finer
         error = bars(found, True)
         return error if same else replace(error, settles=False)
+
+
+def _barrier(seen: list[Seen], saddle: int, one: int, other: int) -> Barrier:
+    ends = (min(one, other), max(one, other))
+    top = seen[saddle]
+    heights = [top.energy - seen[k].energy for k in ends]
+    errors = []
+    for k in ends:
+        both = [known(s.bars, "energy") if s.settles else None for s in (top, seen[k])]
+        errors.append(None if None in both else sum(error for error in both if error is not None))
+    return Barrier(saddle, ends, (heights[0], heights[1]), (errors[0], errors[1]))
+
+
+def _lowest(barrier: Barrier) -> float:
+    return min(barrier.heights)

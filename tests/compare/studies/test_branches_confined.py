@@ -26,6 +26,7 @@ def test_a_roof_that_falls_touches_and_flattens_the_fold():
     low = [line_contact(spreads.parameter + side, 0.1, 10.0).low for side in (3e-6, -3e-6)]
     assert low[0] > 0.0 > low[1]
     assert {point.unstable for point in points} == {0}
+    assert {point.aside for point in points if point.kind == "regular"} == {0}
     last = min(points, key=lambda point: point.parameter)
     assert last.parameter == pytest.approx(LOW, abs=1e-9)
     shape = last.shape

@@ -45,6 +45,51 @@ def test_an_arch_has_its_image_and_the_two_saddles_between_by_both_models(seen):
         assert abs(ribbon - elastica) <= seen["wunderlich"].seen[k].bars.energy
 
 
+def test_a_barrier_is_the_height_of_the_saddle_between_two_states(seen):
+    """Over it the arch goes to its image: as high as the elastica's saddle over its arch."""
+    found, other = seen["wunderlich"], [s.energy for s in seen["elastica"].seen]
+    between = [b for b in found.barriers if b.ends == (0, 1)]
+    assert between
+    assert min(b.heights[0] for b in between) == pytest.approx(other[2] - other[0], rel=2e-4)
+    for b in between:
+        assert found.seen[b.saddle].unstable == 1
+        assert b.heights[0] == pytest.approx(b.heights[1], rel=1e-6)
+        assert abs(b.heights[0] - (other[2] - other[0])) <= b.errors[0] + 1e-6 * other[0]
+
+
+ROOF = """
+[strip]
+length = 1.0
+width = 0.05
+poisson = 0.3
+[clamp.start]
+position = [0.0, 0.0, 0.0]
+tangent = [0.0, 0.0, 1.0]
+normal = [0.0, 1.0, 0.0]
+[clamp.end]
+position = [0.0, 0.0, 0.95]
+tangent = [0.0, 0.0, 1.0]
+normal = [0.0, 1.0, 0.0]
+[[wall]]
+name = "roof"
+point = [0.0, 0.12, 0.0]
+normal = [0.0, -1.0, 0.0]
+[model]
+energy = "wunderlich"
+elements = 40
+"""
+
+
+def test_steps_downhill_stay_on_their_side_of_a_saddle():
+    """Under a roof one image of the arch is pressed; long steps go there from both sides of the saddle between."""
+    found = states(loads(ROOF), tries=0)
+    (between,) = [b for b in found.barriers if found.own in b.ends]
+    assert found.seen[between.saddle].unstable == 1
+    one, other = (found.seen[k].energy for k in between.ends)
+    assert other - one > 0.5  # the roof pushes on the other
+    assert between.heights[0] - between.heights[1] == pytest.approx(other - one, rel=1e-9)
+
+
 def test_a_state_is_settled_where_finer_elements_have_it_too(seen):
     """Twists by whole turns that stand on the kinks of twelve segments of Sadowsky's strip are no states of it."""
     scene = loads(ARCH).replace({"model.energy": "sadowsky", "model.elements": 12})

@@ -24,9 +24,12 @@ from compare.continuation.follow import follow, switched
 from compare.continuation.point import Options, Point, Run, Special
 from compare.measure.mesh_limit import Settled, settled
 from compare.models.branches.confined import ConfinedShape
+from compare.studies.branches import aside as passages
+from ribbon.find.branch.aside import of_chain
 from ribbon.find.branch.chain import Setting
 from ribbon.find.branch.confined import Confined
 from ribbon.find.branch.folds import HUMP, arch, humped, waves
+from tests.reference.aside_shooting import critical, determinant
 from tests.validation import page
 from tests.validation.number import Number
 from tests.validation.ribbon.roman import DELTA, GAMMA, Experiment, free_height, line_contact, press
@@ -292,6 +295,71 @@ def crosses(point: Point) -> bool:
     return bool(np.any(np.triu(met, 3)))
 
 
+# -- aside of the plane ---
+
+#: Widths w / l of Wunderlich's strips, and Sadowsky's of none; branches that are asked, with the least height (l) that
+#: is: where the one of the plane has lost its stability in it, or ends.
+WIDTHS = (0.2, 0.1, 0.05, 0.02, 0.0)
+BESIDE: dict[str, tuple[Callable[[], Run], float]] = {
+    "one": (lambda: one_fold(GAMMA), 0.0700),
+    "leaning": (leaning, 0.0),
+    "two": (lambda: folds(2), 0.0350),
+    "three": (lambda: folds(3), 0.0234),
+}
+#: Where a shooting has flat parts and folds that are upright, by name the number of folds.
+SHOT_ASIDE = {"two": 2, "three": 3}
+
+
+def asked_aside(width: float, count: int = 3) -> Callable[[Point], NDArray[np.float64]]:
+    """The lowest eigenvalues (count,) aside of a point's plane, over t, for a width (l)."""
+
+    def asks(point: Point) -> NDArray[np.float64]:
+        own, setting = chain_of(point), Lowering(GAMMA)(point.t)
+        return of_chain(own, point.z, setting, width, elements=min(own.elements // 2, 6)).lowest(count)
+
+    return asks
+
+
+@cache
+def gives_way(name: str, width: float) -> Settled | float:
+    """The height (l) at which the first mode aside becomes unstable as the roof falls, on elements halved twice; where
+    none does the lowest eigenvalue on the way."""
+    run_, low_ = BESIDE[name][0](), BESIDE[name][1]
+    at, asks = Lowering(GAMMA), asked_aside(width, 1)
+    points = [p for p in run_.points if at.height(p.t) > low_]
+    values = [float(asks(p)[0]) for p in points]
+    k = next((k for k in range(1, len(values)) if values[k] < 0.0), None)
+    if k is None:
+        return min(values)
+    (one,) = passages.passed(points[k - 1 : k + 1], (0, 1), asks, OPTIONS, 2)
+    if one is None:
+        raise AssertionError(f"{name}, w = {width}: no root found")
+    roots = [one.point, *one.finer]
+    return settled([math.nan if p is None else at.height(p.t) for p in roots], LOCATED)
+
+
+def _beside() -> list[list[str]]:
+    rows = []
+    for name in BESIDE:
+        for width in WIDTHS:
+            found = gives_way(name, width)
+            if isinstance(found, float):
+                rows.append([name, f"{width:g}", "stable", "", f"{found:.3f}", "", ""])
+                continue
+            error = f"{found.error:.0e}" if found.settles else "not settled"
+            shot = ["", ""]
+            if not width and name in SHOT_ASIDE:
+                near = found.value
+                ends = [determinant(near + side, DELTA, GAMMA, SHOT_ASIDE[name]) for side in (-1e-5, 1e-5)]
+                if ends[0] * ends[1] < 0.0:
+                    own = critical(near - 1e-5, near + 1e-5, DELTA, GAMMA, SHOT_ASIDE[name])
+                    shot = [f"{own:.10f}", f"{near - own:+.0e}"]
+                else:
+                    shot = ["none within 1e-05", ""]
+            rows.append([name, f"{width:g}", f"{found.value:.9f}", error, "", *shot])
+    return rows
+
+
 # -- the page ---------------------------------------------------------------------------------------------------------
 
 HEADS = ("branch", "what happens", "H / l", "+-", "i", "unstable modes", "independent", "apart")
@@ -342,7 +410,7 @@ def _weightless() -> list[list[str]]:
 def run(out: Path) -> dict[str, Number]:
     """Writes roman_branches.md and its picture into the folder."""
     at = Lowering(GAMMA)
-    rows, light = _events(), _weightless()
+    rows, light, aside = _events(), _weightless(), _beside()
     beside = [(n, h, *beside_ribbon(n, h)) for n, h in ((1, 0.185), (1, 0.165), (2, 0.0925))]
     barriers = [(1, h, *barrier(1, h)) for h in (0.095, 0.085, 0.075)]
     barriers += [(2, h, *barrier(2, h)) for h in (0.06, 0.05, 0.045)]
@@ -369,7 +437,8 @@ def run(out: Path) -> dict[str, Number]:
         f"(H = {low():.6f}), rulings straight, floor at the clamps' height. Places of contact are unknowns (theory, "
         "(8.8)): every event has a limit on arcs of 8, 16 and 32 elements. Unstable modes are counted in the "
         "plane, on "
-        "what touches; the strip aside of its plane is another page's ([states](roman_states/README.md)). "
+        "what touches, and aside of it in a table of their own; states aside are another page's "
+        "([states](roman_states/README.md)). "
         "`ribbonbench branches roman_6_2 --along wall.roof.point[1] --from 0.19 --to 0.0195` follows the first.",
         "## Events",
         "*one*: from the free arch down. *on 1*, *on 2*: from one (two) folds with a hump on the flat part up, "
@@ -404,6 +473,14 @@ def run(out: Path) -> dict[str, Number]:
         "unknowns. Then the tangent is regular. What buckles is the longest flat part that can be, thrust 4 pi^2 / "
         "length^2; of a shorter share later. Independent: elliptic integrals.",
         page.table(HEADS, light),
+        "## Aside of its plane",
+        "With rulings that are free (theory, (8.10), (8.11)): where the first mode aside becomes unstable as the roof "
+        "falls, under weight, flat parts shared out alike; where none does the lowest eigenvalue of the second "
+        "variation over the stiffness aside. Branches are asked as long as their own plane keeps them. At w/l = 0.2, "
+        "Roman's, nothing gives way aside: what is stable in the plane is stable. A narrow strip does, the sooner the "
+        "more folds there are, whose flat parts between may yaw. w/l = 0 is Sadowsky's strip; independent: shooting on "
+        "forces and moments in space.",
+        page.table(["branch", "w / l", "gives way at H / l", "+-", "lowest eigenvalue", "independent", "apart"], aside),
         "## To i = 2.3",
         "N folds alike are one with Gamma / N^3 at N H, to rounding: so every N has its heights. At N H = "
         + ", ".join(f"{n * h:.5f} ({n})" for n, h in lost)
@@ -435,6 +512,13 @@ def _numbers(
         found = limit(name, gamma, word)
         return Number(found.value, found.error, "l", ".9f")
 
+    wide = [gives_way(name, WIDTHS[0]) for name in BESIDE]
+
+    def beside(name: str) -> Number:
+        found = gives_way(name, 0.0)
+        assert not isinstance(found, float)
+        return Number(found.value, found.error, "l", ".9f")
+
     return {
         "touch": of("one", GAMMA, TOUCHES),
         "spread": of("one", GAMMA, SPREADS),
@@ -446,6 +530,9 @@ def _numbers(
         "buckles": of("one", 0.0, BUCKLES),
         "buckles_apart": Number(abs(limit("one", 0.0, BUCKLES).value - closed_buckled()), 1e-11, "l", ".0e"),
         "spread_apart": Number(abs(limit("one", GAMMA, SPREADS).value - shot_spread(GAMMA)), 1e-10, "l", ".0e"),
+        "aside_two": beside("two"),
+        "aside_three": beside("three"),
+        "aside_wide": Number(min(v for v in wide if isinstance(v, float)), 1e-6, "", ".3f"),
         "itself": Number(itself, 1e-6, "l", ".5f"),
         "barrier": Number(barriers[1][2], 1e-6, "D w / l", ".3e"),
         "barrier_line": Number(barriers[1][3], 1e-7, "D w / l", ".3e"),

@@ -1,0 +1,81 @@
+"""Modes aside of a planar strip's plane: closed forms of a circle, and forces and moments in space by shooting."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import scipy.optimize
+
+from compare.continuation.correct import first_point
+from compare.continuation.follow import follow
+from compare.continuation.point import Options
+from compare.studies.branches import aside as passages
+from ribbon.find.branch.aside import Piece, of_chain, second_variation
+from ribbon.find.branch.chain import Setting
+from ribbon.find.branch.confined import Confined
+from ribbon.find.branch.folds import waves
+from tests.reference.aside_shooting import determinant
+
+DELTA, GAMMA = 0.1, 10.0
+
+
+def circle(turn: float, width: float) -> np.ndarray:
+    """Of a strip between clamps that is bent to a circle and exerts no force."""
+    arc = Piece(1.0, lambda s: np.array([-turn * s, turn + 0.0 * s, 0.0 * s, 0.0 * s]))
+    return second_variation([arc], 0.0, width, (False, False), 8).lowest(2)
+
+
+def closed(turn: float, width: float, low: float) -> float:
+    """Zero at an eigenvalue: yaw over the angle phi is cos, sin and exponentials i p with m (1 - p^2) (1 + k p^2)
+    = 1/2, m = 1 - low, k = (w turn)^2 / 24, and a constant; clamps hold yaw and roll a', its mean, and free the ruling
+    a + a''."""
+    m, k = 1.0 - low, (width * turn) ** 2 / 24.0
+    squares = np.roots([-k * m, m * (k - 1.0), m - 0.5]) if k else np.array([1.0 - 0.5 / m])
+    rates = [1j, -1j] + [s * 1j * np.sqrt(q + 0j) for q in squares for s in (1.0, -1.0)]
+
+    def row(at: float, order: int) -> list[complex]:
+        return [r**order * np.exp(r * at) for r in rates] + [1.0 if order == 0 else 0.0]
+
+    rows = [row(0.0, 0), row(0.0, 1), row(turn, 0), row(turn, 1),
+            [(np.exp(r * turn) - 1.0) / r for r in rates] + [turn]]  # fmt: skip
+    if k:
+        rows += [[(r + r**3) * np.exp(r * at) for r in rates] + [0.0] for at in (0.0, turn)]
+    matrix = np.array(rows)
+    value = np.linalg.det(matrix / np.abs(matrix).max(axis=0))
+    return float(abs(value.real) if abs(value.real) > abs(value.imag) else abs(value.imag))
+
+
+@pytest.mark.parametrize(("turn", "width"), [(10.0, 0.0), (12.0, 0.0), (12.0, 0.1), (10.0, 0.2)])
+def test_a_circle_has_the_eigenvalues_of_its_closed_form(turn, width):
+    for low in circle(turn, width):
+        found = scipy.optimize.minimize_scalar(
+            lambda v: closed(turn, width, v),
+            bounds=(low - 1e-3, low + 1e-3),
+            method="bounded",
+            options={"xatol": 1e-12},
+        )
+        assert found.x == pytest.approx(low, abs=2e-7)
+        assert found.fun < 1e-3 * closed(turn, width, low + 5e-4)
+
+
+def test_folds_give_way_aside_where_forces_and_moments_in_space_say():
+    def setting_at(t: float) -> Setting:
+        return Setting(0.095 - 0.038 * t, DELTA, GAMMA)
+
+    own, z = waves(setting_at(0.0), 2, 8)
+    points = follow(first_point(Confined(setting_at, own), z, 0.0, 1e-10), (0.0, 1.0), Options()).points
+
+    def asks(point):
+        return of_chain(point.system.chain, point.z, setting_at(point.t), 0.0, elements=2).lowest(4)
+
+    counts = passages.counts(points, asks)
+    assert (counts[0], counts[-1]) == (0, 2)
+    found = passages.passed(points, counts, asks, Options(), 0)
+    assert [one.change for one in found] == [1, 1]
+    for mode, one in enumerate(found):
+        height = setting_at(one.point.t).height
+        assert abs(asks(one.point)[mode]) < 1e-8
+        above, below = (determinant(height + side, DELTA, GAMMA, 2) for side in (2e-7, -2e-7))
+        assert math.copysign(1.0, above) != math.copysign(1.0, below)
