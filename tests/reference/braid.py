@@ -1,8 +1,8 @@
 """The braid of a loose overhand knot: two strands that pass each other three times, by shooting.
 
-A thin rod (bending stiffness B, diameter h) without twist or friction is knotted and pulled by F. Its loop is a circle,
-whose radius R makes pi B / R + 2 pi R F least, so that F R^2 = B / 2; its tails are straight. Where they pass, both
-strands are nearly parallel for a length of about (h R)^(1/2), along which tension does next to nothing, F h R << B. With
+A thin rod (bending stiffness B, diameter h) without twist or friction is knotted and pulled by F. Its loop is a
+circle, whose radius R makes pi B / R + 2 pi R F least, so that F R^2 = B / 2; its tails are straight. Where they pass,
+both strands are nearly parallel for a length of about (h R)^(1/2), along which tension does next to nothing. With
 x = (h R)^(1/2) t and the difference h v(t) of both strands across, of two components (along and across the loop's axis
 of symmetry, about which half a turn takes one strand to the other: v_1 is odd, v_2 even)::
 
@@ -10,8 +10,7 @@ of symmetry, about which half a turn takes one strand to the other: v_1 is odd, 
 
 since one strand comes out of the loop (curvature 1 / R) where the other is a tail (none). As of B. Audoly, N. Clauvelin
 and S. Neukirch (2007, doi:10.1103/PhysRevLett.99.164301); derived here anew, of their numbers none is used. What
-touches is found and not assumed but for its kind: a line |t| <= t_1 and a place at t_2 on either side (`least` finds the
-same by minimising on a grid). On the line v = (sin a, cos a) and::
+touches is of this kind: a line |t| <= t_1 and a place at t_2 on either side. On the line v = (sin a, cos a) and::
 
     a'''' = 6 a'^2 a'' ,   q = a'^4 - 3 a''^2 - 4 a' a''' ;
 
@@ -27,8 +26,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
-from scipy.optimize import minimize, root
+from scipy.integrate import simpson, solve_ivp
+from scipy.optimize import root
 
 FloatArray = NDArray[np.float64]
 
@@ -40,9 +39,9 @@ _GUESS = (0.77, 0.03, 0.35, 2.68, 0.17)
 class Braid:
     """Contact of a loose overhand knot, lengths over (h R)^(1/2), forces over B h / (2 (h R)^(3/2)).
 
-    line: half the length of the line; place: of the place from the middle; ends, force: at an end of the line and at the
-    place; push: all that the line pushes with, ends too; least: the least push per length on the line; turned: angle
-    (rad) by which the strands have turned about each other from the middle to infinity; closest: the least |v| off what
+    line: half the length of the line; place: of the place from the middle; ends, force: at an end of the line and at
+    the place; push: all that the line pushes with, ends too; least: the least push per length on the line; turned: by
+    which angle (rad) the strands turn about each other from the middle to infinity; closest: the least |v| off what
     touches.
     """
 
@@ -104,6 +103,6 @@ def overhand() -> Braid:
     limit = angle[-1] + float(np.angle(np.exp(1j * (-0.5 * np.pi - angle[-1]))))  # v -> (-1, 0)
     off = np.concatenate([between[20:-20], beyond[50:]])
     return Braid(
-        end, place, force, float(-(v[3] @ w)), 2.0 * (force + float(np.trapezoid(q, t) if hasattr(np, "trapezoid")
-        else np.trapz(q, t))), float(q.min()), limit, float(np.linalg.norm(off, axis=1).min()),
+        end, place, force, float(-(v[3] @ w)), 2.0 * (force + float(simpson(q, x=t))), float(q.min()), limit,
+        float(np.linalg.norm(off, axis=1).min()),
     )  # fmt: skip

@@ -38,8 +38,8 @@ _SAME = 0.05
 @dataclass(frozen=True)
 class Line:
     """A line of contact: its first and last abscissa on the strand that comes first, begin < end, and the abscissae
-    (segments + 1,) on the other strand that face its joints. These fall, as of a ply, or rise, where both strands run the
-    same way, as in a knot. All are over l, in [0, 1]."""
+    (segments + 1,) on the other strand that face its joints. These fall, as of a ply, or rise, where both strands run
+    the same way, as in a knot. All are over l, in [0, 1]."""
 
     begin: float
     end: float
