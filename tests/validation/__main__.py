@@ -65,6 +65,7 @@ NAMES = (
     "michell",
     "plectoneme",
     "contact_lines",
+    "knots",
     "ribbon_plectoneme",
     "edges",
     "curl_length",

@@ -80,7 +80,7 @@ def _with_line(problem: MixedProblem, here: Jointed) -> Jointed | None:
     if bulge[k] > _FLAT / old.apart:
         return None
     (s, other), reach = here.touching.places[k], _OPENED * here.length
-    line = Line(s - reach, s + reach, (other + reach, other, other - reach))
+    line = touch.short_line(here.state, s, other, reach)
     places = tuple(place for i, place in enumerate(here.touching.places) if i != k)
     opened = Touching(places, (*here.touching.lines, line))
     return settled(problem, replace(here, touching=opened, counts=()))

@@ -197,7 +197,7 @@ def _changed(here: Jointed) -> Touching | None:
             continue
         (s, other), reach = near[0], max(0.25 * h, abs(pair.s - near[0][0]))
         places.remove(near[0])
-        lines.append(Line(s - reach, s + reach, (other + reach, other, other - reach)))
+        lines.append(touch.short_line(here.state, s, other, reach))
     fresh = Touching(tuple(sorted(places)), tuple(lines))
     return None if _same(here.touching, fresh, _PLACED * h) else fresh
 

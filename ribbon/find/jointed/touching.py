@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from ribbon.judge import nearness
 from ribbon.problems.itself.pairs import Pair
 from ribbon.problems.mixed import MixedProblem
+from ribbon.result import Equilibrium
 
 FloatArray = NDArray[np.float64]
 
@@ -37,7 +38,8 @@ _SAME = 0.05
 @dataclass(frozen=True)
 class Line:
     """A line of contact: its first and last abscissa on the strand that comes first, begin < end, and the abscissae
-    (segments + 1,) on the other strand that face its joints, which fall. All are over l, in [0, 1]."""
+    (segments + 1,) on the other strand that face its joints. These fall, as of a ply, or rise, where both strands run
+    the same way, as in a knot. All are over l, in [0, 1]."""
 
     begin: float
     end: float
@@ -47,6 +49,11 @@ class Line:
     def segments(self) -> int:
         """Between its ends."""
         return len(self.facing) - 1
+
+    @property
+    def way(self) -> int:
+        """1 where both strands run the same way, else -1."""
+        return 1 if self.facing[-1] > self.facing[0] else -1
 
     @property
     def stations(self) -> FloatArray:
@@ -118,7 +125,7 @@ def joints(
     for s, other in touching.places:
         fixed[s] = fixed[other] = 0
     for line in touching.lines:
-        for each in (line.stations, np.array(line.facing)[::-1]):
+        for each in (line.stations, np.array(line.facing)[:: line.way]):
             inside.append(each)
             fixed[float(each[0])] = fixed[float(each[-1])] = 0
     own = sorted(fixed)
@@ -136,6 +143,13 @@ def joints(
         found.append(count)
         out.append(np.linspace(a, b, count + 1)[1:])
     return np.concatenate(out), tuple(found)
+
+
+def short_line(state: Equilibrium, s: float, other: float, reach: float) -> Line:
+    """A line of two segments, `reach` (l) to both sides of a place (s, other) of a state."""
+    one, across = state.frame([s, other])[:, :, 2]
+    way = reach if one @ across > 0.0 else -reach
+    return Line(s - reach, s + reach, (other - way, other, other + way))
 
 
 def slid(problem: MixedProblem, x: FloatArray, touching: Touching) -> Touching:
@@ -160,7 +174,7 @@ def leaving(problem: MixedProblem, x: FloatArray, line: Line) -> FloatArray:
     for k, (s, facing, way) in enumerate(((line.begin, line.facing[0], -1), (line.end, line.facing[-1], 1))):
         i = problem.segment_at(s + way * 0.5 * problem.lengths.min())
         t = _LOOKS * float(min(abs(starts[i + (way > 0)] - s), problem.lengths[i]))
-        guess = [Pair(float(s + way * d), 0.0, float(facing - way * d), 0.0, True, True) for d in t]
+        guess = [Pair(float(s + way * d), 0.0, float(facing + line.way * way * d), 0.0, True, True) for d in t]
         gaps, found = nearness.narrowed(problem, x, guess)
         if len(found) < t.size:
             continue

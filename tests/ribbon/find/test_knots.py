@@ -1,0 +1,83 @@
+"""An overhand knot in a round rod: its strands run the same way where they lie along each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ribbon.find.jointed.touching import Line, Touching, joints, short_line
+from tests.reference.braid import overhand
+from tests.reference.knot_type import crossings, determinant
+from tests.validation.ribbon.knots import DIAMETER, downhill, kept, measured
+
+
+def torus(p, q):
+    """A curve that goes p times round the axis of a torus and q times round its tube, (200, 3)."""
+    t = np.linspace(0.0, 2.0 * np.pi, 200, endpoint=False)
+    out = 2.0 + np.cos(q * t)
+    return np.stack([out * np.cos(p * t), out * np.sin(p * t), np.sin(q * t)], axis=1)
+
+
+@pytest.mark.validate
+def test_downhill_of_a_drawn_curve_is_the_knot_that_is_kept():
+    assert downhill().jointed.state.energy.total == pytest.approx(kept().jointed.state.energy.total, rel=1e-5)
+
+
+@pytest.mark.parametrize(("p", "q", "expected"), [(1, 3, 1), (2, 3, 3), (2, 5, 5), (2, 7, 7), (3, 4, 3), (3, 5, 1)])
+def test_a_knot_is_told_by_its_determinant(p, q, expected):
+    points = torus(p, q)
+    assert {determinant(points, d) for d in ((0.3, 0.8, 0.4), (1.0, 0.1, 0.2), (0.1, 0.2, 1.0))} == {expected}
+
+
+def test_strands_pushed_through_each_other_are_another_knot():
+    """A crossing of the trefoil seen from its axis, changed by hand, leaves no knot."""
+    points, up = torus(2, 3), (0.01, 0.02, 1.0)
+    below, _, _ = crossings(points, up)[0]
+    near = np.abs((np.arange(200) - below + 100) % 200 - 100) < 12
+    points[near, 2] += 4.0
+    assert determinant(points, up) == 1
+
+
+def test_the_braid_of_a_loose_knot():
+    """Three half turns of two strands about each other, held apart by pushes alone, which all of it balances: beyond
+    the last place the moment of what pushes is the curvature of the loop."""
+    one = overhand()
+    assert one.turned == pytest.approx(1.5 * np.pi, abs=1e-9)
+    assert min(one.ends, one.force, one.least) > 0.0
+    assert one.closest > 1.0
+    assert 0.0 < one.line < one.place
+
+
+def test_a_knot_is_in_equilibrium_with_a_place_a_line_and_a_place():
+    """Settled from its kept shape: alike about its middle, nothing too near, still tied; the force of a loose knot's
+    place by shooting is the leading term of its own, the root of h / R beyond."""
+    knot = kept()
+    here, own = knot.jointed, measured(knot.jointed)
+    assert here.state.ok
+    assert here.state.lowest_eigenvalue > 0.0
+    assert own.determinant == 3
+    line = here.touching.lines[0]
+    assert line.way == 1
+    assert 0.5 * (line.begin + line.facing[-1] + line.end + line.facing[0]) == pytest.approx(1.0, abs=2e-3)
+    assert here.pushes[0] == pytest.approx(here.pushes[1], rel=1e-3)
+    assert abs(here.state.tau([0.5])[0]) < 1e-5
+    assert here.pushes.min() > 0.0
+    thickness, _, _, force, _ = own.scaled(DIAMETER)
+    assert 1.0 < force / overhand().force < 1.0 + 3.0 * np.sqrt(thickness)
+
+
+def test_joints_of_a_line_whose_strands_run_the_same_way():
+    line = Line(0.2, 0.26, (0.74, 0.77, 0.785, 0.81))
+    assert line.way == 1
+    s, _ = joints(Touching(((0.1, 0.9),), (line,)), 0.02, False)
+    assert (np.diff(s) > 0.0).all()
+    assert np.abs(s[:, None] - [0.2, 0.22, 0.24, 0.26, 0.74, 0.77, 0.785, 0.81]).min(axis=0).max() < 1e-14
+    assert line.to(0.18, 0.28).facing[0] == pytest.approx(0.74 - 0.02 * 1.5)
+
+
+def test_a_line_begins_the_way_its_strands_run():
+    here = kept().jointed
+    (s, other), _ = here.touching.places
+    line = short_line(here.state, s, other, 1e-3)
+    assert line.way == 1
+    assert line.facing == pytest.approx((other - 1e-3, other, other + 1e-3))
