@@ -63,6 +63,7 @@ NAMES = (
     "plectoneme",
     "contact_lines",
     "ribbon_plectoneme",
+    "ribbon_loop",
     "edges",
     "curl_length",
     "rod_ribbon",

@@ -15,7 +15,8 @@ _POINTS, _DEEP = 401, 2e-3
 
 def begins_through(scene: SceneData, seed: str | None = "[seed]") -> tuple[str, ...]:
     """A line for each obstacle that the straight start goes through, or out of; none for other starts, or with a path,
-    which say where the strip is on its way. seed: what says the start, as its text is to name it; None: it is not straight."""
+    which say where the strip is on its way. seed: what says the start, as its text is to name it; None: it is not
+    straight."""
     position, frame = scene.start_position, scene.start_frame
     given = scene.path or scene.seed.curvature is not None or scene.clamp_end is not None or scene.closure is not None
     if seed is None or given or position is None or frame is None or any(scene.seed_curvature):
