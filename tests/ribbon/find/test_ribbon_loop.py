@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from compare import registry
+from compare.scene.scene import loads
 from ribbon.energies.section.rod import stiffnesses
 from tests.reference.balanced_ply import of_twist
 from tests.reference.touching_ring import writhe
@@ -54,3 +56,12 @@ def test_a_loop_that_is_turned_further_stays_a_loop_and_balances():
     moments = [e.end_support.moment[2] for e in (begin, state)]
     done = 2.0 * np.pi * (page.MORE[0] - page.TURNS) * np.array(moments)
     assert done.min() < state.energy.total - begin.energy.total < done.max()
+
+
+@pytest.mark.validate
+def test_the_scene_of_the_film_ends_in_the_state_of_the_page():
+    """One begins as a helix, the other as an arch whose end is turned by quarters."""
+    state = registry.model("ribbon").solve(loads(page.SCENE, "film"))
+    known = ribbon_plectoneme.carried(page.FINITE[1], ribbon_plectoneme.DISTANCES[:1]).state
+    assert state.stable
+    assert state.energy.total == pytest.approx(known.energy.total, rel=1e-6)

@@ -260,7 +260,7 @@ def _drawn(axes, state: Equilibrium, case: Case, title: str) -> None:
     k = int(np.argmax(np.hypot(line[:, 0], line[:, 1])))
     axes.set(xlim=(-0.22, 0.22), ylim=(-0.22, 0.22), zlim=(-0.1, 0.7))
     axes.set_title(title, fontsize=8)
-    axes.set_box_aspect((0.44, 0.44, 0.8), zoom=1.5)
+    axes.set_box_aspect((0.44, 0.44, 0.8), zoom=2.2)
     axes.view_init(5, float(np.degrees(np.arctan2(line[k, 1], line[k, 0]))) - 60.0)
     axes.set_axis_off()
 
@@ -276,6 +276,57 @@ def _picture(path: Path) -> None:
     plt.close(figure)
 
 
+#: The same strip begun as an arch whose end is turned: a scene whose path is the film.
+SCENE = """\
+title = "A twisted strip that snaps into a loop and lies on itself"
+
+[strip]
+length = 1.0
+width = 0.02
+thickness = 0.001
+poisson = 0.3
+
+[contact]
+itself = true
+
+[clamp.start]
+position = [0.0, 0.0, 0.0]
+tangent = [0.0, 0.0, 1.0]
+normal = [0.0, 1.0, 0.0]
+ruling = "free"
+
+[clamp.end]
+position = [0.0, 0.0, 0.54]
+tangent = [0.0, 0.0, 1.0]
+normal = [0.0, -1.0, 0.0]
+ruling = "free"
+
+[seed]
+curvature = [2.0, -2.0, 2.0]
+
+[model]
+energy = "finite"
+elements = 40
+
+[[path]]
+"clamp.end.position" = [0.0, 0.0, 0.9]
+"clamp.end.normal" = [0.0, 1.0, 0.0]
+[[path]]
+"clamp.end.normal" = [-1.0, 0.0, 0.0]
+[[path]]
+"clamp.end.normal" = [0.0, -1.0, 0.0]
+[[path]]
+"clamp.end.normal" = [1.0, 0.0, 0.0]
+[[path]]
+"clamp.end.normal" = [0.0, 1.0, 0.0]
+[[path]]
+"clamp.end.normal" = [-1.0, 0.0, 0.0]
+[[path]]
+"clamp.end.normal" = [0.0, -1.0, 0.0]
+[[path]]
+"clamp.end.position" = [0.0, 0.0, 0.6]
+"""
+
 PROBES = {"long_ply": lambda: long_ply(10.0, 0.01, FINITE[0])}
 
 
@@ -284,6 +335,7 @@ def run(out: Path) -> dict[str, Number]:
     print("  ribbon_loop: states", flush=True)
     settling = settling_rows()
     _picture(out / "ribbon_loop.png")
+    (out / "ribbon_loop.toml").write_text(SCENE)
     every = [(case, one) for case in CASES for one in states_of(case)]
     deepest = max(depth(state) for _, (_, _, state) in every)
     off = max(abs(link(state) - turns) for _, (turns, _, state) in every)
@@ -318,9 +370,9 @@ def run(out: Path) -> dict[str, Number]:
 def _text(rows: list[list[str]], settling: list[list[str]]) -> tuple[str, ...]:
     return (
         f"What does not hold: a ply is not reached, so that none is measured; beyond {MORE[-1]:g} turns nothing is "
-        "followed (the lowest eigenvalue falls towards a snap, behind which the strip of w/l = 0.01 did not come to "
-        "rest within a minute); end force is read, not held; w/l = 0.05 does not arrive; a shell does not see edges "
-        "that meet edges alone, and none stands beside it.",
+        "followed (the lowest eigenvalue falls towards a snap, behind which the strip of w/l = 0.02 did not come to "
+        "rest in a minute of computing); end force is read, not held; w/l = 0.05 does not arrive; a shell does not see "
+        "edges that meet edges alone, and none stands beside it.",
         "The loop of [a twisted ribbon whose ends come together](ribbon_plectoneme.md), carried on from where it "
         f"lies on itself (Z = {DISTANCES[-1]:g}, {TURNS:g} turns; {SEGMENTS} elements, no friction): its ends are "
         f"brought nearer at {TURNS:g} turns, or turned further at Z = {DISTANCES[-1]:g}. Forces in D w / l^2, energies "
@@ -338,8 +390,13 @@ def _text(rows: list[list[str]], settling: list[list[str]]) -> tuple[str, ...]:
         "other. Nor could a ply of strips that stack or stand edge on edge hold a turn: its sections keep their place "
         "against its axis, and their twist, sin 2b / (4 pi r) turns per length, is what its writhe takes away (Fuller "
         "1971; `tests/ribbon/find/test_ribbon_loop.py` winds one up). A round rod's roll there.",
-        f"## Over segments halved twice\n\nThe loop at Z = {NEARER[0]:g}, {TURNS:g} turns:",
+        f"## Over segments halved twice\n\nThe loop at Z = {NEARER[0]:g}, {TURNS:g} turns. Angles and forces change "
+        "little and irregularly, so that most do not settle: the place slides over joints, and there has a row on "
+        "either side.",
         page.table(["strip", "what", "value", "error"], settling),
-        "## On the way\n\nFrames of the strip of w/l = 0.02 as it snaps and is drawn in; dots: where it touches.",
+        "## On the way\n\nFrames of the strip of w/l = 0.02 as it snaps and is drawn in; dots: where it touches. The "
+        "film: `ribbonbench solve results/ribbon_loop.toml --out film`, then `ribbonbench export film --to gltf` "
+        "(`path.glb`): [a scene](ribbon_loop.toml) that begins as an arch, is turned by quarters and drawn in to Z = "
+        f"{DISTANCES[0]:g}. It ends in the state of that distance.",
         "![frames on the way](ribbon_loop.png)",
     )  # fmt: skip
