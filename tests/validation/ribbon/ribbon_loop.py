@@ -260,7 +260,7 @@ def _drawn(axes, state: Equilibrium, case: Case, title: str) -> None:
     k = int(np.argmax(np.hypot(line[:, 0], line[:, 1])))
     axes.set(xlim=(-0.22, 0.22), ylim=(-0.22, 0.22), zlim=(-0.1, 0.7))
     axes.set_title(title, fontsize=8)
-    axes.set_box_aspect((0.44, 0.44, 0.8), zoom=2.2)
+    axes.set_box_aspect((0.44, 0.44, 0.8), zoom=1.6)
     axes.view_init(5, float(np.degrees(np.arctan2(line[k, 1], line[k, 0]))) - 60.0)
     axes.set_axis_off()
 
