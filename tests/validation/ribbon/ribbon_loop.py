@@ -395,7 +395,7 @@ def _text(rows: list[list[str]], settling: list[list[str]]) -> tuple[str, ...]:
         "either side.",
         page.table(["strip", "what", "value", "error"], settling),
         "## On the way\n\nFrames of the strip of w/l = 0.02 as it snaps and is drawn in; dots: where it touches. The "
-        "film: `ribbonbench solve results/ribbon_loop.toml --out film`, then `ribbonbench export film --to gltf` "
+        "film: `ribbonbench solve results/ribbon_loop.toml --out film`, then `ribbonbench export film --format gltf` "
         "(`path.glb`): [a scene](ribbon_loop.toml) that begins as an arch, is turned by quarters and drawn in to Z = "
         f"{DISTANCES[0]:g}. It ends in the state of that distance.",
         "![frames on the way](ribbon_loop.png)",
