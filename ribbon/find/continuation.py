@@ -157,7 +157,7 @@ def _corrected(
     if not problem.row_count:
         x = state.x if before is None else state.x + factor * (state.x - before.x)
         return search.from_state(problem, x, replace(how, options={"max_iter": MOST, "mu_init": 1e-6}))
-    if _of_strands(problem, state):
+    if _touches_alike(problem, state):
         assert isinstance(problem, MixedProblem)
         assert isinstance(state.problem, MixedProblem)
         x = state.x if before is None or before.x.size != state.x.size else state.x + factor * (state.x - before.x)
@@ -176,9 +176,10 @@ def _corrected(
     return switched(problem, state, how)
 
 
-def _of_strands(problem: Problem, state: Equilibrium) -> bool:
-    """Whether a round rod's strands touch, and all but what touches is as in `state`."""
-    if not (isinstance(problem, MixedProblem) and problem.round and problem.pairs):
+def _touches_alike(problem: Problem, state: Equilibrium) -> bool:
+    """Whether parts of the strip touch, and all but what touches is as in `state`: how many rows a place has changes
+    with the joints that it is near, and its push goes over to those of the same place (`ribbon.find.apart.rows_of`)."""
+    if not (isinstance(problem, MixedProblem) and problem.pairs):
         return False
     bare, old = problem.with_changes(pairs=()), state.problem
     return (

@@ -67,6 +67,7 @@ NAMES = (
     "contact_lines",
     "knots",
     "ribbon_plectoneme",
+    "ribbon_loop",
     "edges",
     "curl_length",
     "rod_ribbon",

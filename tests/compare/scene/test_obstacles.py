@@ -175,3 +175,30 @@ size = [0.10, 0.3, 0.10]
     led = loads(text + '[[path]]\n"obstacle.crate.point" = [0.09, 0.0, -0.3]\n', "crate")
     for scene in (upright, seeded, led):
         assert not [note for note in scene.notes() if "begins through" in note]
+
+
+@pytest.mark.parametrize(("normal", "curvature"), [("1.0", "-500"), ("-1.0", "500")])
+def test_a_straight_strip_that_begins_outside_of_its_tube_is_told_the_seed_that_lies_in_it(normal, curvature):
+    """It reaches out by nearly its length; with the seed it lies along the wall, and there is no note."""
+    text = f"""
+[strip]
+length = 0.3
+width = 0.002
+poisson = 0.3
+[clamp.start]
+position = [0.0, -0.002, 0.0]
+tangent = [0.0, 0.0, 1.0]
+normal = [0.0, {normal}, 0.0]
+[[obstacle]]
+name = "tube"
+kind = "cylinder"
+point = [0.0, 0.0, 0.0]
+axis = [1.0, 0.0, 0.0]
+radius = 0.002
+inside = true
+"""
+    (note,) = [note for note in loads(text, "tube").notes() if "begins outside" in note]
+    assert "obstacle tube" in note
+    assert "up to 0.298 away" in note
+    assert f"curvature = {curvature} or" in note
+    assert not [n for n in loads(text + f"[seed]\ncurvature = {curvature}.0\n", "tube").notes() if "begins" in n]

@@ -427,7 +427,7 @@ def _text(rows: list[list[str]], soft: list[list[str]], off: float, touching: li
         "*v*: where across, in w. Energy and push off: against twice the elements.",
         page.table(["strip", "jumped, Z", "Z", "s", "v", "push", "tension", "moment", "energy", "energy off",
                     "push off", "twist (turns)", "lowest eigenvalue", "penetration", "push times gap"], touching),
-        "What does not hold: at w/l = 0.05 the way down from the fold does not arrive; nearer than the last distance, "
-        "a second place and a ply are not looked at; no shell stands beside it.",
+        "Nearer than the last distance, and turned further: [the loop of a twisted ribbon](ribbon_loop.md). What does "
+        "not hold: at w/l = 0.05 the way down from the fold does not arrive; no shell stands beside it.",
         "![shapes, tension and moment over the distance](ribbon_plectoneme.png)",
     )  # fmt: skip
