@@ -156,7 +156,7 @@ def numbers(lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], 
 def shot_numbers(shots: Mapping[float, Shot]) -> dict[str, Number]:
     """Those without elements, by name."""
     return {
-        f"shot_{word}_{narrow:g}": Number(value, error, "l", ".5f")
+        f"shot_{word}_{narrow:g}": Number(value, error, "l", ".6f")
         for narrow, shot in shots.items()
         for word, (value, error) in shot.named().items()
     }
