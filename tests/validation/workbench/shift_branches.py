@@ -44,7 +44,7 @@ CROSSED = Case("finite", 20.0, 50.0, Grading(0.01, 0.001, 0.1))
 SHELLS = (
     (20.0, 50.0, ((27, 3), (40, 4), (60, 6))),
     (20.0, 100.0, ((60, 6), (90, 9), (135, 13))),
-    (20.0, 200.0, ((90, 9), (135, 13))),
+    (20.0, 200.0, ((90, 9), (135, 13), (203, 20))),
 )  # fmt: skip
 #: Ribbons whose folds and branch points are found without elements too, 1 over w/l.
 SHOT = (40.0, 20.0, 10.0, 6.0)

@@ -50,6 +50,5 @@ behind the first crossing. What it becomes beyond, a curvature that may leap fro
 eta, continuous curvatures do not hold: so U again, US and S have no number."""
 THIN = """\
 On 90 x 9 elements the fork of the thinnest shell is not yet in its place: US leaves to the unstable side and has folds
-of its own beside U; the pair of folds further along hardly moves from one mesh to the next. Not measured here: meshes
-of w/h = 200 finer than 135 x 13 (on 60 x 6 US wanders), shells of other widths (where U is lost:
-[7.2](shift/README.md)), strips with weight."""
+of its own beside U, which the finer meshes have not; the pair of folds further along hardly moves from one mesh to the
+next. Not measured here: shells of other widths (where U is lost: [7.2](shift/README.md)), strips with weight."""
