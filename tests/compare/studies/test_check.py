@@ -341,9 +341,16 @@ def counted(*rest, **more):
     solved.append(1)
     return whole(*rest, **more)
 find.once = counted
+import ribbon.solvers.newton as newton
+exact, roughly = newton.minimise, []
+def told(*rest, rough=False, **more):
+    roughly.extend([1] * rough)
+    return exact(*rest, rough=rough, **more)
+newton.minimise = told
 assert_agreement("cantilever", distance=1e-3, share=1e-3, width_to_thickness=100, keys={CHEAP!r}, cache=sys.argv[1])
 assert not [words for words in started if any("shellref" in word for word in words)], started
-assert len(solved) == 3 + 3, solved  # on three sizes, and the probe for rivals
+assert len(solved) == 3, solved  # on three sizes
+assert len(roughly) >= 3, roughly  # the probe for rivals, led back
 heavy = ("vtkmodules", "vtk", "pyvista", "matplotlib", "skfem", "dolfinx")
 assert not [name for name in sys.modules if name in heavy]
 """
