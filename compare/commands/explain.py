@@ -47,9 +47,13 @@ def run(options: argparse.Namespace, console: Console) -> int:
     out = None if options.out is None else common.out_folder(options, scene.name)
     solves = shell = prices = None
     with Reporter(quiet=options.quiet) as reporter, _place(out, reporter) as folder:
-        reporter.step("evaluations with and without each effect")
+        choosing = scene.model.accuracy is not None
+        first = "the choice of an energy, then " if choosing else ""
+        reporter.step(f"{first}evaluations with and without each effect")
         found = explain(scene)
         if options.run is not False or options.shell:
+            if choosing:
+                reporter.step("the choice of an energy, for whole solves")
             one = settled(scene)
             solves = effects_measured.solves(one, found, reporter, always=options.run)
             prices = effects_priced.priced(one, found, solves, reporter)

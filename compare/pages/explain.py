@@ -315,6 +315,9 @@ def _idle_sentences(found: Explanation, solves: Solves, warm: str) -> list[str]:
         for name, off in moves.items()
         if (off.moved or 0.0) <= small
     ]
+    untold = [f"{name} ({off.status})" for name, off in solves.without.items() if off.moved is None and not off.reason]
+    if untold:
+        said.append(f"How far the shape would move is not known without {', '.join(untold)}.")
     return said or (["Every effect that can be off alone moves the shape visibly."] if moves else [])
 
 

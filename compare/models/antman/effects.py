@@ -11,8 +11,18 @@ from compare.models.base import Effect
 from compare.models.effects.switches import Switch, at_rest, end_clamp, natural, walk, weight
 from compare.scene.scene import Scene
 
-STIFF = 1e4
-"""By how much shear and stretch are stiffened where they are switched off."""
+STIFF, LEAST = 1e4, 10.0
+"""By how much shear and stretch are stiffened where they are switched off, and by how much at least."""
+STIFFEST = 1e12
+"""Stiffness (D w / l^2) beyond which they are stiffened by no more than `LEAST`: the rounding of such a strain on short
+elements, eps times it over their length, passes the tolerance of the balance, so that nothing stiffer is solved."""
+
+
+def stiffened(stiffness: float) -> float:
+    """The stiffness (D w / l^2) that stands for none of the strain: what the strain moves, in proportion to
+    1 / stiffness, is there down to 1 / `STIFF` of itself, in rods so thin that double precision ends before to
+    1 / `LEAST`."""
+    return max(LEAST * stiffness, min(STIFF * stiffness, STIFFEST))
 
 
 def switches(scene: Scene) -> Sequence[Effect | Switch]:
@@ -20,7 +30,7 @@ def switches(scene: Scene) -> Sequence[Effect | Switch]:
     section = section_of(scene)
     rod, tip = scene.rod, scene.tip
     force, moment = float(np.linalg.norm(scene.tip_force)), float(np.linalg.norm(scene.tip_moment))
-    shear = [STIFF * value for value in section.shear]
+    shear = [stiffened(value) for value in section.shear]
     no_force = {"tip": False} if not moment else {f"tip.{k}": None for k in ("mass", "load", "force", "tension")}
     no_moment = {"tip": False} if not force else {"tip.moment": None}
     return (
@@ -31,7 +41,8 @@ def switches(scene: Scene) -> Sequence[Effect | Switch]:
         ),
         Effect(
             "stretch", f"stiffness {section.stretch:.4g} D w / l^2", True,
-            "Y w h" if rod is None or rod.stretch is None else "rod.stretch", {"rod.stretch": STIFF * section.stretch},
+            "Y w h" if rod is None or rod.stretch is None else "rod.stretch",
+            {"rod.stretch": stiffened(section.stretch)},
         ),
         natural(scene, "a curvature at rest"),
         *at_rest(scene, "a twist at rest", "a curvature at rest"),

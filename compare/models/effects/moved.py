@@ -59,6 +59,8 @@ _ACROSS = np.array([-0.5, 0.0, 0.5])
 _ROWS, _COLUMNS = 161, 3
 #: Elastic energy over the weight below which a strip is straight, and no share of it means anything.
 _STRAIGHT = 1e-9
+#: Move (l) that is rounding, and has nothing that would follow.
+_ROUNDING = 1e-12
 #: Part of a step by which the next one may be as long for the first to mean something.
 _HOLDS = 0.5
 
@@ -264,8 +266,8 @@ def _of_whole(energy: float | None, why: str) -> tuple[float | None, str]:
 
 def _beyond(scene: Scene, e: Equilibrium, response: Response, moves: float) -> float | None:
     """How far first order may be off (l); None where the step that would follow is as long, or has no tangent."""
-    if moves == 0.0:
-        return 0.0
+    if moves <= _ROUNDING:
+        return moves
     if response.beyond is None:
         return None
     name = response.name

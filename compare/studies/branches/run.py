@@ -38,7 +38,8 @@ from compare.studies.branches.measured import HALVINGS, Measured, unpinned
 from ribbonbench.errors import BadInput
 from ribbonbench.threads import alone
 
-#: Rate of the residual below which a key moves nothing.
+#: Rate of the residual below which a key moves nothing: its norm, and its largest number, for the norm of a thin rod or
+#: shell allows for the rounding of its stiffest strain, below which a load that bends it may lie.
 MOVES = 1e-9
 #: How far beside its first equilibrium that is looked at too.
 BESIDE = 1e-3
@@ -213,14 +214,9 @@ class _Models:
         beside = start.z + BESIDE * np.random.default_rng(0).normal(
             size=start.z.size
         )  # a straight strip stays straight
-        still = max(system.norm(system.rate(z, 0.0)) for z in (start.z, beside)) <= MOVES
-        if still and not self._comes_near(start):
-            weightless = self.along.key == "strip.gamma" and self.scene_at(0.0).up is None
-            raise BadInput(
-                "--along", self.along.key, f"does not move this scene's {self.word}: its equilibrium stays one",
-                "add [gravity] with up: nothing weighs without" if weightless
-                else "choose a key that acts here, or begin where it does",
-            )  # fmt: skip
+        rates = [system.rate(z, 0.0) for z in (start.z, beside)]
+        if max(map(system.norm, rates)) <= MOVES and not self._comes_near(start):
+            self._refuse(max(float(np.abs(rate).max()) for rate in rates))
         found: list[Branch] = []
         waiting: list[tuple[Point, tuple[int, float] | None]] = [(start, None)]
         known = Known(self.start.shape, lambda t: self.scene_at(t).width, self.options)
@@ -249,6 +245,21 @@ class _Models:
                     waiting += [(point, place) for point in self._beside(fallen)]
             number += 1
         return found
+
+    def _refuse(self, largest: float) -> None:
+        """`BadInput` for a key whose rate has a norm that is none; largest: the largest number of the rate."""
+        along = self.along
+        if largest > MOVES:
+            raise BadInput(
+                "--along", along.key, f"moves this scene's {self.word} by less than the rounding of its stiffest "
+                "strain, so thin is the strip", "take a thicker strip, a longer range, or a model without stretching",
+            )  # fmt: skip
+        weightless = along.key == "strip.gamma" and self.scene_at(0.0).up is None
+        raise BadInput(
+            "--along", along.key, f"does not move this scene's {self.word}: its equilibrium stays one",
+            "add [gravity] with up: nothing weighs without" if weightless
+            else "choose a key that acts here, or begin where it does",
+        )  # fmt: skip
 
     def _comes_near(self, start: Point) -> bool:
         """Whether a condition of one side comes nearer, or goes away, as with a wall that touches nothing yet."""

@@ -105,3 +105,25 @@ def test_an_error_holds_what_finer_elements_give():
     first, second, third = (abs(along.value(one.point.t) - GREENHILL) for one in (fork, finer, finest))
     assert third < second < first
     assert replace(start.system).size < finest.point.system.size
+
+
+def test_what_a_thin_rod_hides_is_not_said_to_move_nothing():
+    """At w/h = 1e4 a norm allows for so much rounding of stretch that it sees nothing of the weight that bends it."""
+    scene = loads(MAST).replace({"strip.thickness": 2e-6, "model.elements": 20})
+    with pytest.raises(BadInput) as refused:
+        diagram(scene, "strip.gamma", 7.6, 8.0, asked=Asked(branches=1, errors=False))
+    assert "rounding" in refused.value.problem
+
+
+def test_shear_and_stretch_can_be_off_in_a_thin_rod():
+    """Ten times as stiff where double precision bears no more: solved, and known to move next to nothing."""
+    level = {"clamp.start.tangent": [0.0, 1.0, 0.0], "clamp.start.normal": [1.0, 0.0, 0.0]}
+    scene = loads(MAST).replace({"strip.thickness": 2e-6, "strip.gamma": 3.0, "model.elements": 10, **level})
+    own = AntmanModel().solve(scene)
+    assert own.ok
+    for effect in AntmanModel().effects(scene):
+        if effect.key in ("shear", "stretch"):
+            off = AntmanModel().solve(scene.replace(effect.changes))
+            assert off.ok
+            line = np.linspace(0.0, 1.0, 11)
+            assert np.abs(off.shape.centreline(line) - own.shape.centreline(line)).max() < 1e-6

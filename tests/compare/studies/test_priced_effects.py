@@ -208,3 +208,40 @@ def test_what_is_worth_more_than_the_whole_elastic_energy_is_no_share_of_it():
     assert "times the elastic energy" in curl.why
     weight = next(one for one in chosen(scene).prices(scene, state) if one.effect == "gravity")
     assert weight.energy is not None
+
+
+FOLDED = """
+[strip]
+length = 0.5
+width = 0.025
+thickness = 0.002
+poisson = 0.3
+young = 4e9
+density = 1400.0
+[gravity]
+up = [0.0, 0.0, 1.0]
+[clamp.start]
+position = [0.0, 0.0, 0.0]
+tangent = [0.0, 0.0, 1.0]
+normal = [0.0, 1.0, 0.0]
+[clamp.end]
+position = [0.0, 0.0, 0.3]
+tangent = [0.0, 0.0, 1.0]
+normal = [0.0, 1.0, 0.0]
+[seed]
+curvature = [6.0, -6.0, 6.0]
+[model]
+energy = "sadowsky"
+elements = 30
+"""
+
+
+def test_what_moves_a_planar_fold_by_nothing_is_known():
+    """No twist, no width: the energies differ by rounding alone, and so does the step that would follow."""
+    found = prices(loads(FOLDED))
+    nothing = (moved.FINITE_WIDTH, moved.SURFACE, moved.IN_PLANE, "odd curling of a twisted section")
+    for name in (*nothing, moved.NATURAL):  # the clamps give the angle that a rest curvature would turn
+        assert found[name].moves < 1e-12
+        assert found[name].moves_error is not None
+        assert not found[name].doubtful
+    assert found[moved.THICKNESS].moves > 1e-5
