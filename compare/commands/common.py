@@ -134,6 +134,7 @@ def scene_of(options: argparse.Namespace, computes: bool = True) -> Scene:
     """The scene with the assignments of --set, and its notes on stderr. Where it is to be solved (`computes`), one that
     cannot be meant is a `BadInput`, unless --yes."""
     from compare.scene.inputs.plausible import check_meant
+    from compare.scene.inputs.through import check_wound
     from compare.scene.scene import parse_assignment
 
     scene = loaded(options, options.scene)
@@ -143,6 +144,7 @@ def scene_of(options: argparse.Namespace, computes: bool = True) -> Scene:
     units_of(options, scene)
     if computes:
         check_meant(scene)
+        check_wound(scene)
     tell_notes(scene)
     return scene
 

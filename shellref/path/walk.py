@@ -30,6 +30,11 @@ STILL = 1e-3  # mean displacement of a stage, over the size of the surface, belo
 ARC_BELOW = 0.01  # load steps smaller than this (of a stage) are left to arc length, when that is allowed
 NEARLY = 100.0 * PASSING  # a passed point may move by so much when it is kept
 START_FAILED = "the starting shape did not converge in {} iterations: use more elements, or raise max_newton"
+DEEP = 1e-3  # of l: how deep in a wall a start that does not converge is told to begin
+BEHIND = (
+    "the shape with which it begins stands up to {:.3g} l behind a wall or an obstacle, and its contact does not bring"
+    " it back from there: begin near the ribbon's surface (compare does), or let the wall come along a path"
+)
 Progress = Callable[[dict[str, Any]], None]
 Observe = Callable[[np.ndarray], dict[str, Any]]
 
@@ -155,11 +160,21 @@ class Walker:
         self.log(walk, "start", load, attempt, attempt.converged)
         if not attempt.converged:
             why = f" ({attempt.reason})" if attempt.reason else ""
-            walk.stop(ShellStatus.NOT_CONVERGED, failure.format(attempt.iterations) + why)
+            deep = self._deep(walk)
+            failed = failure.format(attempt.iterations) if deep < DEEP else BEHIND.format(deep)
+            walk.stop(ShellStatus.NOT_CONVERGED, failed + why)
             return False
         walk.point = Point(load, attempt.state, attempt.stress, attempt.negative)
         self.settle(walk)
         return True
+
+    def _deep(self, walk: Walk) -> float:
+        """How deep (l) the walk's state stands behind what it may touch; 0 where nothing is."""
+        contact = self.equilibrium.contact
+        if contact is None:
+            return 0.0
+        gaps = contact.gaps(walk.point.state, self.equilibrium.standing())
+        return max(0.0, -float(np.min(gaps, initial=0.0)))
 
     def _stage(self, walk: Walk) -> Stage:
         if self.stages:

@@ -156,6 +156,23 @@ def segments_csv(ribbon: Mapping[str, FloatArray]) -> bytes:
     return array_csv(names, np.column_stack([*columns, ribbon["joint_positions"][:-1]]))
 
 
+def contacts_csv(result: Mapping[str, Any], length: float, force: float) -> bytes | None:
+    """Where the strip of a result.json touches, one line a place: a wall or an obstacle by name with the point x, y, z,
+    or "itself" with both places s, v (times `length`), the gap likewise, and the push (times `force`); None: none."""
+    lines = []
+    for wall in result.get("walls") or ():
+        for point, push in zip(wall.get("points") or (), wall.get("pushes") or (), strict=True):
+            at = ",".join(f"{length * value:.12g}" for value in point)
+            lines.append(f"{wall['name']},{at},,,,,{force * push:.12g},")
+    for pair in result.get("contacts") or ():
+        at = ",".join(f"{length * pair[key]:.12g}" for key in ("s", "v", "s_other", "v_other"))
+        push = force * float(np.linalg.norm(pair["force"]))
+        lines.append(f"itself,,,,{at},{push:.12g},{length * pair['gap']:.12g}")
+    if not lines:
+        return None
+    return "\n".join(["touched,x,y,z,s,v,s_other,v_other,push,gap", *lines, ""]).encode()
+
+
 def array_csv(names: Sequence[str], table: FloatArray) -> bytes:
     """Points as CSV: an array (n, k) of numbers under k names, to 12 digits; empty where a value is not known (nan)."""
     out = io.StringIO()

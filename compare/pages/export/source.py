@@ -197,6 +197,11 @@ def write(out: Path, source: Source, formats: Sequence[str]) -> dict[str, str]:
     if "csv" in formats and source.ribbon:
         put("centreline.csv", export_formats.line_csv(source.ribbon), "centreline of the ribbon, CSV")
         put("segments.csv", export_formats.segments_csv(source.ribbon), "segments of the ribbon, CSV")
+        units, scale = source.result.get("units") or {}, source.scale
+        newtons = float(units["force_N"]) if units.get("known") and scale.unit != "l" else 1.0
+        touching = export_formats.contacts_csv(source.result, scale.length, newtons)
+        if touching is not None:
+            put("contacts.csv", touching, "where the ribbon touches, with the pushes, CSV")
     return files
 
 

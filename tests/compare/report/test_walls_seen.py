@@ -12,6 +12,7 @@ from compare.models import solve
 from compare.models.holds.bodies import patch
 from compare.models.holds.ribbon import body_of, nets
 from compare.page.page import SHELL, STRIP, WALL, Surface
+from compare.pages.export.formats import contacts_csv
 from compare.pages.export.vtu import grid_sheet, read_vtu
 from compare.pages.report import still
 from compare.pages.report.surfaces import as_data, view
@@ -60,6 +61,24 @@ def test_a_page_has_them_and_the_camera_looks_at_the_strip_alone(pressed):
     low, span = np.array(data["low"]), np.array(data["span"])
     cloud = np.concatenate([sheet.points for _, sheet in pairs])
     assert (low, low + span) == (pytest.approx(cloud.min(axis=0)), pytest.approx(cloud.max(axis=0)))
+
+
+def test_what_touches_is_exported_with_its_pushes(pressed, tmp_path):
+    """The pushes along the planes' normals are the forces of the walls; of itself both places and the distance."""
+    state, out = pressed
+    assert main(["export", str(out), "--format", "csv", "--quiet", "--out", str(tmp_path)]) == 0
+    rows = [line.split(",") for line in (tmp_path / "contacts.csv").read_text().splitlines()]
+    assert rows[0] == ["touched", "x", "y", "z", "s", "v", "s_other", "v_other", "push", "gap"]
+    for wall in state.supports.walls:
+        own = [float(row[8]) for row in rows[1:] if row[0] == wall["name"]]
+        assert len(own) == len(wall["points"])
+        assert sum(own) == pytest.approx(np.linalg.norm(wall["force"]), rel=1e-4, abs=1e-4)
+    assert "roof" in {row[0] for row in rows[1:]}
+    pair = {"s": 0.1, "v": 0.02, "s_other": 0.9, "v_other": 0.0, "force": [0.0, 3.0, 4.0], "gap": 0.01}
+    told = contacts_csv({"contacts": [pair]}, 2.0, 3.0)
+    assert told is not None
+    assert told.decode().splitlines()[1] == "itself,,,,0.2,0.04,1.8,0,15,0.02"
+    assert contacts_csv({"walls": [{"name": "floor", "points": [], "pushes": []}]}, 1.0, 1.0) is None
 
 
 def test_a_wall_lets_the_strip_through_in_the_still_picture():

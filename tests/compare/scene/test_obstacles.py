@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,11 @@ from compare import registry
 from compare.models.base import check_keys
 from compare.models.ribbon.build import ribbon_walls
 from compare.scene.homotopy import between as way_between
+from compare.scene.inputs.through import check_wound
 from compare.scene.scene import Scene, loads
 from ribbon import Wall
 from ribbon.obstacle import Obstacle
+from ribbonbench.accepted import accepting
 from ribbonbench.errors import BadInput
 
 TEXT = """
@@ -200,5 +203,56 @@ inside = true
     (note,) = [note for note in loads(text, "tube").notes() if "begins outside" in note]
     assert "obstacle tube" in note
     assert "up to 0.298 away" in note
-    assert f"curvature = {curvature} or" in note
+    assert f"curvature = {curvature} and model.elements = 150 " in note
     assert not [n for n in loads(text + f"[seed]\ncurvature = {curvature}.0\n", "tube").notes() if "begins" in n]
+
+
+def _in_a_tube(radius: float) -> Scene:
+    text = """
+[strip]
+length = 0.3
+width = 0.01
+thickness = 1e-4
+poisson = 0.3
+[clamp.start]
+position = [0.0, 0.0, 0.0]
+tangent = [1.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+[model]
+energy = "sadowsky"
+elements = 20
+[[obstacle]]
+name = "tube"
+kind = "cylinder"
+point = [0.0, 0.0, RADIUS]
+axis = [0.0, 1.0, 0.0]
+radius = RADIUS
+inside = true
+"""
+    return loads(text.replace("RADIUS", str(radius)), "tube")
+
+
+def test_the_seed_and_the_segments_that_a_narrow_tube_is_told_to_need_give_an_answer():
+    """30 rad along the wall on 20 segments: what the note says is taken at its word."""
+    scene = _in_a_tube(0.01)
+    (note,) = [note for note in scene.notes() if "outside of obstacle tube" in note]
+    (curvature,) = re.findall(r"\[seed\] curvature = (-?[0-9.]+)", note)
+    (elements,) = re.findall(r"model.elements = ([0-9]+)", note)
+    assert (float(curvature), int(elements)) == (-100.0, 30)
+    told = scene.replace({"seed.curvature": float(curvature), "model.elements": int(elements)})
+    state = registry.model("ribbon").solve(told)
+    assert state.status.code == "converged"
+    assert state.numbers["penetration"] < 1e-6
+    assert "model.elements" not in "".join(_in_a_tube(0.02).notes())
+
+
+def test_a_tube_too_narrow_for_its_strip_is_refused_before_anything_is_computed():
+    """150 rad along the wall; along the axis, on demand, or wide enough it is not."""
+    narrow = _in_a_tube(0.002)
+    with pytest.raises(BadInput, match="150 rad"):
+        check_wound(narrow)
+    with accepting(True):
+        check_wound(narrow)
+    check_wound(_in_a_tube(0.0031))
+    along = {"strip.width": 0.002, "obstacle.tube.axis": [1.0, 0.0, 0.0], "obstacle.tube.point": [0.0, 0.0, 0.001]}
+    check_wound(narrow.replace(along))

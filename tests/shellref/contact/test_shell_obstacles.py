@@ -16,6 +16,7 @@ from shellref.path.newton import Equilibrium
 from shellref.path.solve import solve
 from shellref.shell.naghdi import NaghdiModel
 from shellref.shell.problem import Waypoint
+from shellref.shell.result import ShellStatus
 from shellref.shell.strip import build_strip
 
 AXIS, NORMAL = (0.6, 0.0, 0.8), (0.0, 1.0, 0.0)
@@ -235,3 +236,13 @@ def test_a_bar_that_moves_far_in_a_step_does_not_go_through():
     lifted = flat + np.array([0.0, 0.04, 0.0, 0.0, 0.0, 0.0])
     assert not rows.passed(flat, lifted, (below, above))
     assert rows.passed(flat, flat - np.array([0.0, 0.04, 0.0, 0.0, 0.0, 0.0]), (below, below))
+
+
+def test_a_flat_start_outside_of_its_tube_is_told_so_and_not_to_be_finer():
+    """A strip across a tube of a fifteenth of its length, nothing else: as far out as geometry says."""
+    radius = 1.0 / 15.0
+    tube = Obstacle("cylinder", (0.0, radius, 0.0), radius, (1.0, 0.0, 0.0), inside=True)
+    found = solve(heavy(tube, (10, 1), gamma=0.0, up=None))
+    assert found.status is ShellStatus.NOT_CONVERGED
+    assert f"{np.hypot(1.0, radius) - radius:.3g} l behind" in found.message
+    assert "elements" not in found.message
