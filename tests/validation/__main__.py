@@ -66,6 +66,7 @@ NAMES = (
     "plectoneme",
     "contact_lines",
     "knots",
+    "trefoil",
     "ribbon_plectoneme",
     "ribbon_loop",
     "edges",

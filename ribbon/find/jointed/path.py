@@ -122,7 +122,7 @@ def _ahead(before: float, old: Jointed, at: float, here: Jointed, to: float) -> 
     ends = []
     for a, b in zip(one.lines, other.lines, strict=True):
         first, last = on((a.begin, a.end), (b.begin, b.end)).tolist()
-        ends.append(Line(first, last, tuple(map(float, on(a.facing, b.facing)))))
+        ends.append(Line(first, last, tuple(map(float, on(a.facing, b.facing))), b.closed))
     touching = Touching(places, tuple(ends))
     problem = here.state.problem
     assert isinstance(problem, MixedProblem)

@@ -217,9 +217,11 @@ def _without_pull(here: Jointed) -> Touching:
     places = [place for place, force in zip(touching.places, push[:k], strict=True) if force > none]
     lines = []
     for line in touching.lines:
-        own, half = push[k : k + line.segments + 1], 0.5 * (line.end - line.begin) / line.segments
-        k += line.segments + 1
-        if line.end - line.begin < _SHORT * here.length:
+        own, half = push[k : k + line.rows], 0.5 * (line.end - line.begin) / line.segments
+        k += line.rows
+        if line.closed:
+            lines.append(line)
+        elif line.end - line.begin < _SHORT * here.length:
             places.append((0.5 * (line.begin + line.end), 0.5 * (line.facing[0] + line.facing[-1])))
         elif own[0] < 0.0 or own[-1] < 0.0:
             lines.append(line.to(line.begin + half * bool(own[0] < 0.0), line.end - half * bool(own[-1] < 0.0)))
@@ -239,6 +241,9 @@ def _moved(here: Jointed, before: dict[tuple[int, int], tuple[float, float]]) ->
     assert isinstance(problem, MixedProblem)
     lines = []
     for k, line in enumerate(here.touching.lines):
+        if line.closed:
+            lines.append(line)
+            continue
         slopes = touch.leaving(problem, here.state.x, line)
         ends = []
         for side, (at, way) in enumerate(((line.begin, -1.0), (line.end, 1.0))):
@@ -271,8 +276,8 @@ def _far(here: Jointed, moved: Touching) -> bool:
     for line, old in zip(moved.lines, here.touching.lines, strict=True):
         if max(abs(line.begin - old.begin), abs(line.end - old.end)) > _ENDED * h:
             return True
-        for facing, pair in zip(old.facing, was[k:], strict=False):
+        for facing, pair in zip(old.facing[: old.rows], was[k:], strict=False):
             if abs(facing - pair.s_other) > _PLACED * h:
                 return True
-        k += line.segments + 1
+        k += line.rows
     return False

@@ -39,16 +39,25 @@ _SAME = 0.05
 class Line:
     """A line of contact: its first and last abscissa on the strand that comes first, begin < end, and the abscissae
     (segments + 1,) on the other strand that face its joints. These fall, as of a ply, or rise, where both strands run
-    the same way, as in a knot. All are over l, in [0, 1]."""
+    the same way, as in a knot. All are over l, in [0, 1].
+
+    closed: it has no ends, since a ring lies on itself all along: begin = 0, end = facing[0], facing[-1] = 1, and the
+    last station is the first one with its strands exchanged, so that one row holds both."""
 
     begin: float
     end: float
     facing: tuple[float, ...]
+    closed: bool = False
 
     @property
     def segments(self) -> int:
         """Between its ends."""
         return len(self.facing) - 1
+
+    @property
+    def rows(self) -> int:
+        """Stations that are held: all of them, of a closed line all but the last."""
+        return len(self.facing) - self.closed
 
     @property
     def way(self) -> int:
@@ -88,7 +97,8 @@ class Touching:
         out = [Pair(s, 0.0, other, 0.0, True) for s, other in self.places]
         for line in self.lines:
             out += [
-                Pair(float(s), 0.0, other, 0.0, True, True) for s, other in zip(line.stations, line.facing, strict=True)
+                Pair(float(s), 0.0, other, 0.0, True, True)
+                for s, other in zip(line.stations[: line.rows], line.facing[: line.rows], strict=True)
             ]
         return tuple(out)
 
@@ -160,9 +170,12 @@ def slid(problem: MixedProblem, x: FloatArray, touching: Touching) -> Touching:
     places = tuple((float(s), float(other)) for s, other in at[:count])
     lines = []
     for line in touching.lines:
-        own = at[count : count + line.segments + 1]
-        count += line.segments + 1
-        lines.append(replace(line, facing=tuple(map(float, own[:, 1]))))
+        own = tuple(map(float, at[count : count + line.rows, 1]))
+        count += line.rows
+        if line.closed:  # its stations go on to where it begins on the other strand
+            lines.append(replace(line, end=own[0], facing=(*own, 1.0)))
+        else:
+            lines.append(replace(line, facing=own))
     return Touching(places, tuple(lines))
 
 

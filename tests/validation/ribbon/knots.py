@@ -417,9 +417,9 @@ def run(out: Path) -> dict[str, Number]:
         page.table(["h", "h / R", "place", "half of the line", "force of a place", "push of the line"], scaled),
         f"A polygon of {EDGES} edges with springs for contact has the energy {soft.energy:.2f}, "
         f"{100.0 * soft_off:.1f} % from the first row's.",
-        "What does not hold: tighter knots than these were not followed; without friction alone; a closed trefoil "
-        "did not arrive on its way downhill (its seam lies on a strand); a scene cannot ask for it, since it has no "
-        "key for a shape in space to begin at, nor for these segments.",
+        "What does not hold: tighter knots than these were not followed; without friction alone; a scene cannot ask "
+        "for it, since it has no key for a shape in space to begin at, nor for these segments. A closed trefoil is "
+        "[another page](trefoil.md).",
         "![shapes, pull, and what touches over the root of h / R](knots.png)",
     )  # fmt: skip
     far = max(abs(a / b - 1.0) for a, b in zip(zero, theory, strict=True))
