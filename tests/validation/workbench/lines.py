@@ -204,9 +204,9 @@ def run(folder: Path) -> dict[str, Number]:
         "Cases of sweeps that begin at their neighbours' states",
         "OMP_NUM_THREADS=1 python -m tests.validation lines",
         f"Blocks of {lines.BLOCK} cases at equal steps through grids of cantilevers of 40 segments, on their way of a "
-        "worker (points, states, stability, rows, the journal's line) along lines and alone, in turns; CPU times, without what a process loads or "
-        "compiles once. A "
-        f"row differs where end, middle or energy is more than {APART:g} apart, or the status is another.",
+        "worker (points, states, stability, rows, the journal's line) along lines and alone, in turns; CPU times, "
+        "without what a process loads or compiles once. A row differs where end, middle or energy is more than "
+        f"{APART:g} apart, or the status is another.",
         page.table(
             ("grid", "cases", "followed", "rows that differ", "lower", "the others, at most",
              "along, mean (median)", "alone, mean (median)"),
