@@ -70,6 +70,9 @@ def register(parser: argparse.ArgumentParser) -> None:
         "--shapes", type=int, metavar="N", default=None,
         help="keep N points of every centreline: shapes.npy, or parts of Parquet in shapes/",
     )  # fmt: skip
+    parser.add_argument(
+        "--alone", action="store_true", help="of a table in parts, begin no case at its neighbours' states (slower)"
+    )
     parser.add_argument("--fresh", action="store_true", help="forget the finished cases in the folder")
     common.yes_argument(parser)
     common.units_argument(parser)
@@ -226,6 +229,7 @@ def _sweep(options: argparse.Namespace) -> Sweep:
             ("against", options.against),
             ("errors", options.errors or None),
             ("leave_saddle", common.leaves(options)),
+            ("alone", options.alone or None),
             ("shapes", None if options.shapes is None else checked(options.shapes)),
         )
         if value is not None

@@ -50,7 +50,8 @@ class Sweep:
     name: of the folder of results; scene: with the assignments of [set]; axes: the last one fastest; show: the quantity
     (a column of cases.csv) in the picture, against: another one on its horizontal axis, "" for the axes themselves;
     solver: a model, or `COMPARE` ("": the model that the scene chooses); errors: whether each discretisation error is
-    measured too; shapes: points of every centreline that are kept (`compare.sweep.shapes`), 0: none.
+    measured too; shapes: points of every centreline that are kept (`compare.sweep.shapes`), 0: none; alone: no case is
+    begun at the state of another (`compare.sweep.large.lines`).
     """
 
     name: str
@@ -64,6 +65,7 @@ class Sweep:
     leave_saddle: bool | None = None
     curves: tuple[Curve, ...] = ()
     shapes: int = 0
+    alone: bool = False
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -73,8 +75,9 @@ class Sweep:
     @property
     def options(self) -> dict[str, Any]:
         """What is asked of each case beside its scene and solver, as far as it is in what is kept."""
-        own = {"errors": self.errors, "leave_saddle": self.leave_saddle}
-        return {**own, "shapes": self.shapes} if self.shapes else own
+        own: dict[str, Any] = {"errors": self.errors, "leave_saddle": self.leave_saddle}
+        own |= {"shapes": self.shapes} if self.shapes else {}
+        return {**own, "alone": True} if self.alone else own
 
 
 def shipped() -> dict[str, Path]:

@@ -9,7 +9,7 @@ lowest eigenvalue is not clearly positive is not taken: the kernel returns.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -36,6 +36,8 @@ _NEVER = 0.0
 #: Eigenvalue below which the largest one is asked for, and part of that which is rounding, as in
 #: `ribbon.judge.stability`.
 _SMALL, _INDIFFERENT = 1e-4, 1e-11
+_nearby: Any = eigen.nearby
+_from_bracket: Any = eigen.lowest
 
 
 class Line(NamedTuple):
@@ -107,10 +109,10 @@ def _turns(q, lengths):
 @njit(cache=True)
 def _lowest(guess, given, mode):
     """The lowest eigenvalue, and whether it is clearly positive; `mode` (n,): of the case before, then its own."""
-    found, sure = eigen.nearby(guess, *given, mode)
+    found, sure = _nearby(guess, *given, mode)
     if not sure:
         low = eigen.bracket(*given)
-        found, sure = eigen.lowest(low, *given, mode)
+        found, sure = _from_bracket(low, *given, mode)
     if not sure or not found > 0.0:
         return found, False
     return found, found > _SMALL or found > _INDIFFERENT * eigen.largest(*given)

@@ -18,7 +18,7 @@ from compare.sweep.record import OF_GRID, Placed, run_of
 #: Of what a column holds: a number, a whole number, a truth value, a text, several numbers, anything as JSON.
 KINDS = ("number", "integer", "truth", "text", "numbers", "json")
 #: What needs neighbours, or is no answer of a case: not in these tables.
-_NOT_HERE = {"branch", "warm", *(column.key for q in force_displacement.CURVE for column in q.columns)}
+_NOT_HERE = {"branch", *(column.key for q in force_displacement.CURVE for column in q.columns)}
 SECONDS = "seconds"
 
 

@@ -45,7 +45,7 @@ def line_with(grid: Grid, number: int) -> range:
 
 def goes_by_lines(sweep: Sweep, grid: Grid) -> bool:
     """Whether the cases of a sweep are begun at their neighbours' states, where these are near."""
-    if sweep.solver == COMPARE or sweep.errors or sweep.leave_saddle or sweep.shapes:
+    if sweep.solver == COMPARE or sweep.errors or sweep.leave_saddle or sweep.shapes or sweep.alone:
         return False
     if not grid.axes or len(grid.axes[-1].values) < FEWEST or grid.scene.several_equilibria:
         return False
@@ -143,6 +143,7 @@ def _rows_between(
         if place not in points:
             row = {**own, **grid.values(number)}
             row.update((name, values[place]) for name, values in columns.items())
+            row["warm"] = number - 1
             rows[number] = row
     return rows if own or not rows else None
 

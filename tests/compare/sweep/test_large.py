@@ -107,7 +107,8 @@ def test_columns_are_known_before_anything_runs():
     kinds = {key: fields[key].kind for key in ("case", "strip.gamma", "model.energy", "stable", "end.x", "iterations")}
     assert list(kinds.values()) == ["integer", "number", "text", "truth", "number", "integer"]
     assert fields["energy.total"].unit == "D w / l"
-    assert not {"seconds", "branch", "warm"} & set(fields)
+    assert not {"seconds", "branch"} & set(fields)
+    assert fields["warm"].kind == "integer"
 
 
 READ = """

@@ -36,6 +36,10 @@ def columns(job):
 
 def test_rows_are_those_of_cases_alone(job):
     along, alone = columns(job), columns(replace(job, tries=TRIES))
+    assert alone == columns(replace(job, given=given(swept(alone=True), Grid(swept().scene, swept().axes))))
+    warm = along.pop("warm")  # a case that was begun at its neighbours' names the one before it
+    assert 60 < sum(case is not None for case in warm) < 90
+    assert all(case in (None, number - 1) for number, case in enumerate(warm))
     assert along.keys() == alone.keys()
     assert sum(along.pop("iterations")) < 0.8 * sum(alone.pop("iterations"))
     for values in (along.pop("residual"), alone.pop("residual")):
@@ -79,7 +83,13 @@ def test_what_goes_by_lines():
     sweep = swept()
     grid = Grid(sweep.scene, sweep.axes)
     assert lines.goes_by_lines(sweep, grid)
-    for other in (swept(errors=True), swept(leave_saddle=True), swept(solver="compare"), swept(shapes=5)):
+    for other in (
+        swept(errors=True),
+        swept(leave_saddle=True),
+        swept(solver="compare"),
+        swept(shapes=5),
+        swept(alone=True),
+    ):
         assert not lines.goes_by_lines(other, grid)
     short = Grid(sweep.scene, (sweep.axes[1], sweep.axes[0]))
     assert not lines.goes_by_lines(sweep, short)
