@@ -211,7 +211,7 @@ def run(out: Path) -> dict[str, Number]:
         f"{short_coil.lines_begin()[1]:.6f} B / R^2 at its end, so that the third is the second and twice the angle "
         f"left. The second is taken from L / R = {', '.join(f'{r:g}' for r in BEFORE)}, by the polynomial through the "
         "curvatures of the middle. " + floor(off[0]),
-        "## Two lengths of every kind\n\nThe kind is read from what pushes on the elements, and is the known one at each.",
+        "## Two lengths of every kind\n\nThe kind is read from what pushes on the elements: the known one at each.",
         page.table(["L / R", "touches at", "end at, degrees", "pressed in its middle, B / R^2", "energy, B / R",
                     "off, rad", "off, force", "off, energy of a half"], states),
         f"Off: {SEGMENTS[-1]} segments beside what is known; the worst on {', '.join(map(str, SEGMENTS))}: "
