@@ -456,7 +456,8 @@ def _text(rows: list[list[str]], settling: list[list[str]]) -> tuple[str, ...]:
         f"turn towards it ({_each(_went(case)[1] for case in CASES)}), and are far from a long ply's. Whether they "
         "reach one beyond is not known. A ply of strips that stack or stand edge on edge could not hold a turn: its "
         "sections keep their place against its axis, and their twist, sin 2b / (4 pi r) turns per length, is what its "
-        "writhe takes away (Fuller 1971; `tests/ribbon/find/test_ribbon_loop.py` winds one up). A round rod's roll there.",
+        "writhe takes away (Fuller 1971; `tests/ribbon/find/test_ribbon_loop.py` winds one up). A round rod's roll "
+        "there.",
         f"## Over segments halved twice\n\nThe loop at Z = {NEARER[0]:g}, {TURNS:g} turns. Angles and forces change "
         "little and irregularly, so that most do not settle: the place slides over joints, and there has a row on "
         "either side.",
