@@ -63,6 +63,7 @@ def state(ratio: float, segments: int) -> tuple[str, float, Equilibrium]:
     two: the wall would have to pull its middle down, which is so let go until nothing holds it. ends: past the other
     half without the plane, it is pushed by it. line: the tube pushes it between middle and end. three: not there."""
     found = held(ratio, segments)
+    assert found.start is not None
     if found.start.force[1] < 0.0:
         at = lowest(ratio, segments)
         return "two", at, held(ratio, segments, at)
@@ -168,8 +169,8 @@ def floor(off: list[float]) -> str:
     if off[-1] < off[0]:
         return "The first gets better on finer segments."
     return (
-        f"The first does not get better on finer segments, but worse, to {off[-1]:.0e}: that is a floor of its search, "
-        "a force that passes zero, and no error of the elements; what sets it was not looked for."
+        f"The first does not get better on finer segments, but worse, to {off[-1]:.0e}: a floor of its search for a "
+        "force that passes zero, which finer elements do not lessen; what sets it was not looked for."
     )
 
 
@@ -189,7 +190,7 @@ def run(out: Path) -> dict[str, Number]:
             worst[p] = np.maximum(worst[p], errors[p])
         states.append([f"{ratio:g}", WORDS[other.kind], f"{np.degrees(other.place):.3f}", f"{-other.middle:.6f}",
                        f"{2.0 * other.energy:.6f}", *(f"{e:.0e}" for e in errors[SEGMENTS[-1]])])  # fmt: skip
-    through = max(state(ratio, SEGMENTS[-1])[2].penetration for ratio in RATIOS)
+    through = max(state(ratio, SEGMENTS[-1])[2].penetration or 0.0 for ratio in RATIOS)
     if max(row[-1] for row in off) > 1e-3 or worst[SEGMENTS[-1]].max() > 1e-3:
         raise AssertionError(f"{off}, {worst}")
     picture(out / "short_coil.png")

@@ -140,7 +140,8 @@ def _shell_rows(shells: Mapping[tuple[float, float], Thin]) -> list[tuple[str, .
 def _shot_rows(lines: Mapping[Case, Diagram], shots: Mapping[float, Shot]) -> tuple[list[tuple[str, ...]], str]:
     """Each special point on elements and without, and how far they are apart; how many of those that settle are so
     within both errors, as the page says it."""
-    rows, within, bare = [], [], []
+    rows: list[tuple[str, ...]] = []
+    within, bare = [], []
     for case, one in lines.items():
         if case.energy != "wunderlich" or case.narrow not in shots:
             continue
