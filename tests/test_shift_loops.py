@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from ribbon.energies.finite import density
-from tests.validation.workbench.shift_branches import CROSSED
-from tests.validation.workbench.shift_diagram import Diagram, Place, ends, goes_back, thin, width
+from tests.validation.workbench.shift_branches import CASES, CROSSED
+from tests.validation.workbench.shift_diagram import SINGULAR, Diagram, Place, Shot, ends, goes_back, thin, width
 from tests.validation.workbench.shift_finite import soft
 from tests.validation.workbench.shift_followed import rippled
+from tests.validation.workbench.shift_told import open_ones
 
 
 def place(*values: float) -> Place:
@@ -80,3 +81,26 @@ def test_a_fold_before_the_shells_fork_is_a_pair_with_it():
     two = {"lost": 0.364, "folds": [[0.393, 0.25], [0.373, 0.24]], "lines": []}
     shell = thin([(90, 9), (135, 13)], [one, two], [{"lost": 0.47, "lines": []}] * 2)
     assert shell.ends == ((0.394, 0.393), (0.373, 0.373))
+
+
+def shot(error: float) -> Shot:
+    """A ribbon without elements, U stable again at 0.55 by a search that ends within `error`."""
+    one = {"value": 0.38, "error": 1e-6}
+    us = {"lost": one, "flat": {"value": 0.45, "error": 1e-6}, "folds": [], "integral": 1e-7}
+    return Shot.of(us, {"forks": [{"value": 0.38001, "error": 1e-9}, {"value": 0.55, "error": error}], "folds": []})
+
+
+def test_what_only_shooting_knows_is_told_as_not_settled():
+    """U lost leaps from mesh to mesh, U stable again is missing on the finest; S settles."""
+    leaps, missing = place(0.413, 0.414, 0.4131), Place.of({"values": (0.571, 0.570), "height": 0.2}, 1e-9)
+    lines = {CASES[0]: Diagram(leaps, missing, (), FLAT, (), 0)}
+    told = open_ones(lines, {}, {CASES[0].narrow: shot(1e-9)})
+    assert told == [f"wunderlich, w/l = 1/40: {what} (by shooting only)" for what in ("U lost", "U stable again")]
+    assert open_ones(lines, {}, {}) == ["wunderlich, w/l = 1/40: U lost", "wunderlich, w/l = 1/40: U stable again"]
+
+
+def test_the_floor_of_a_search_where_its_equations_are_singular_is_told_apart_from_its_steps():
+    near, far = shot(3e-6), shot(6e-5)
+    assert (near.again[1], near.bare) == (SINGULAR, 3e-6)
+    assert (far.again[1], far.bare) == (6e-5, 6e-5)
+    assert near.searched == (0.38001, SINGULAR)

@@ -44,6 +44,22 @@ def test_a_long_ply_is_that_of_least_energy():
     assert page.long_ply(torsion * 20.0, 0.02, case) == pytest.approx(np.degrees(ply.angle), rel=1e-6)
 
 
+def test_segments_whose_joints_are_far_from_what_touches():
+    """The rod at Z = 0.2 touches at 0.1 and 0.9, joints of 40 and of 80 segments."""
+    first, second = (page.clear_of((0.1, 0.9), counts) for counts in page.BETWEEN)
+    assert (first, second) == (45, 85)
+    assert all(abs(0.1 * n % 1.0 - 0.5) < 1e-9 for n in (first, second))
+
+
+@pytest.mark.validate
+def test_the_lowest_eigenvalue_is_not_that_of_a_place_held_from_both_sides_of_a_joint():
+    """On 40 segments 0.3471: the rod at Z = 0.2."""
+    case, state = page.ROD, page.nearer(page.ROD, len(page.NEARER))
+    value, change = page.lowest(state, case, page.NEARER[-1], page.TURNS)
+    assert value < 0.1 * state.lowest_eigenvalue
+    assert change < 0.1 * value
+
+
 @pytest.mark.validate
 def test_a_loop_that_is_turned_further_stays_a_loop_and_balances():
     """At one place, its strands far from a ply's angle; the energy grows by the moment's work."""

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.reference import short_coil
+from tests.validation.ribbon import short_coil as page
 from tests.validation.ribbon.short_coil import apart, change, known
 
 
@@ -20,6 +21,15 @@ def test_force_place_and_energy_beside_the_elastica(ratio):
     assert place < 1e-4
     assert force < 3e-3
     assert energy < 1e-5
+
+
+@pytest.mark.parametrize(("ratio", "kind"), [(2.5, "two"), (3.5, "three"), (4.5, "line"), (6.2, "ends")])
+def test_the_kind_is_read_from_what_pushes(ratio, kind, monkeypatch):
+    """And not from where the kinds are known, or found, to begin."""
+    monkeypatch.setattr(page, "change", lambda which, segments: (10.0, 10.0, 0.0)[which])
+    found, _, state = page.state(ratio, 30)
+    assert found == kind
+    assert abs(state.start.force[1]) < 1e-6 or kind != "two"
 
 
 def test_the_reference_passes_from_kind_to_kind_without_a_step():

@@ -13,6 +13,7 @@ length.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -34,7 +35,7 @@ from ribbon.forces import PairForce
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.transfer import transferred
 from tests.validation import page
-from tests.validation.number import Number
+from tests.validation.number import Number, rounding
 from tests.validation.ribbon.ply import complementarity, depth, pushes
 from tests.validation.ribbon.ribbon_plectoneme import DISTANCES, FINITE, NU, ROD, SEGMENTS, TURNS, Case, carried, link
 from tests.validation.ribbon.ribbon_plectoneme import twist as twisted
@@ -45,6 +46,10 @@ FloatArray = NDArray[np.float64]
 CASES = (ROD, *FINITE[:2])
 NEARER, MORE = (0.4, 0.3, 0.2), (1.75,)
 STEP, TURN = 0.005, 0.025
+#: Step (l) to the last of DISTANCES: from 0.54 the first of 0.004 does not converge everywhere.
+SHORT = 0.002
+#: Numbers of segments on which the lowest eigenvalue is taken: of each the one whose joints are far from what touches.
+BETWEEN = (range(SEGMENTS, 60), range(2 * SEGMENTS, 100))
 
 
 class Touch(NamedTuple):
@@ -76,6 +81,24 @@ def touches(state: Equilibrium, case: Case) -> list[Touch]:
         else:
             groups.append([pair])
     return [_touch(state, case, group) for group in groups]
+
+
+def clear_of(places: Sequence[float], counts: Iterable[int]) -> int:
+    """How many equal segments have their joints farthest from these places (l)."""
+    return min(counts, key=lambda n: max(abs(place * n % 1.0 - 0.5) for place in places))
+
+
+def lowest(state: Equilibrium, case: Case, distance: float, turns: float) -> tuple[float, float]:
+    """The lowest eigenvalue on segments whose joints are far from what touches, and its change to that from half as
+    many; nan where it is not found. A place at a joint has a row on either side, which hold it from both."""
+    assert isinstance(state.problem, MixedProblem)
+    places, values = [s for one in touches(state, case) for s in (one.s, one.other)], []
+    for counts in BETWEEN:
+        other = anchored(turned_problem(case, distance, turns, clear_of(places, counts)), state)
+        assert isinstance(other, MixedProblem)
+        found = landed(other, transferred(state.problem, state.x, other), How())
+        values.append(found.lowest_eigenvalue if found.ok else np.nan)
+    return values[1], abs(values[1] - values[0])
 
 
 def _touch(state: Equilibrium, case: Case, rows: list[PairForce]) -> Touch:
@@ -127,10 +150,18 @@ def drawn(case: Case) -> tuple[float, ...]:
 
 
 @cache
+def lying(case: Case) -> Equilibrium:
+    """The strip in contact at the last of DISTANCES."""
+    begin, end = DISTANCES
+    old = carried(case, DISTANCES[:1]).state
+    return _on(old, lambda t: turned_problem(case, begin + (end - begin) * t, TURNS), (begin - end) / SHORT)
+
+
+@cache
 def nearer(case: Case, stages: int) -> Equilibrium:
     """The strip in contact at the last of so many distances."""
     if not stages:
-        return carried(case, DISTANCES).state
+        return lying(case)
     old, begin, end = nearer(case, stages - 1), (DISTANCES[-1], *NEARER)[stages - 1], NEARER[stages - 1]
     return _on(old, lambda t: turned_problem(case, begin + (end - begin) * t, TURNS), (begin - end) / STEP)
 
@@ -139,7 +170,7 @@ def nearer(case: Case, stages: int) -> Equilibrium:
 def turned(case: Case, stages: int) -> Equilibrium:
     """The strip in contact at the last of DISTANCES and of so many turns."""
     if not stages:
-        return carried(case, DISTANCES).state
+        return lying(case)
     old, begin, end = turned(case, stages - 1), (TURNS, *MORE)[stages - 1], MORE[stages - 1]
     return _on(old, lambda t: turned_problem(case, DISTANCES[-1], begin + (end - begin) * t), (end - begin) / TURN)
 
@@ -161,7 +192,13 @@ def _balanced(case: Case) -> None:
 
 
 def _on(old: Equilibrium, way, steps: float) -> Equilibrium:
-    return follow(way, old, steps=max(1, round(steps))) if old.ok else old
+    """Along the way in so many steps; where it stops, in twice and four times as many."""
+    found = old
+    for finer in (1, 2, 4) if old.ok else ():
+        found = follow(way, old, steps=max(1, round(steps * finer)))
+        if found.ok:
+            return found
+    return found
 
 
 @cache
@@ -196,6 +233,31 @@ def over_meshes(case: Case) -> tuple[Settled, ...]:
     return tuple(settled(list(column)) for column in np.array(rows).T)
 
 
+def least_normals() -> float:
+    """The least angle of the two strips where they touch, of all states."""
+    return min(one.normals for case in CASES for _, _, state in states_of(case) for one in touches(state, case))
+
+
+def far_on(case: Case) -> float:
+    """At the most turns: the push's angle to the nearer of both normals."""
+    return min(min(one.on) for one in touches(turned(case, len(MORE)), case))
+
+
+def change_of_angles() -> float:
+    """The largest change over the meshes (degrees) of the strands' and normals' angles that do not settle."""
+    angles = [limit for case in CASES for limit in over_meshes(case)[:2]]
+    return max((limit.error for limit in angles if not limit.settles), default=0.0)
+
+
+def _went(case: Case) -> tuple[str, str]:
+    """Half the angle of the strands before and after it is drawn in, and turned."""
+    begin, near, far = (
+        touches(state, case)[0].strands
+        for state in (nearer(case, 0), nearer(case, len(drawn(case))), turned(case, len(MORE)))
+    )
+    return f"{begin:.2f} to {near:.2f}", f"{begin:.2f} to {far:.2f}"
+
+
 # -- the page ----------------------------------------------------------------------------------------------------------
 
 
@@ -211,13 +273,16 @@ def rows_of(case: Case) -> list[list[str]]:
     for turns, z, state in states_of(case):
         ends, found = state.end_support, touches(state, case)
         assert ends is not None
+        eigenvalue, change = lowest(state, case, z, turns)
+        settles = change < 0.1 * abs(eigenvalue)
         for one in found:
             rows.append([
                 case.name, f"{turns:g}", f"{z:g}", f"{one.s:.4f}, {one.other:.4f}", f"{one.v:+.2f}, {one.v_other:+.2f}",
                 f"{one.apart / case.width:.3f}", f"{one.strands:.2f}",
                 f"{long_ply(ends.moment[2], one.apart, case):.2f}", f"{one.normals:.2f}",
                 f"{one.on[0]:.1f}, {one.on[1]:.1f}", f"{one.push:.3f}", f"{ends.force[2]:.3f}", f"{ends.moment[2]:.4f}",
-                f"{state.energy.total:.4f}", f"{twisted(state):.4f}", f"{state.lowest_eigenvalue:.4f}",
+                f"{state.energy.total:.4f}", f"{twisted(state):.4f}",
+                f"{eigenvalue:.4f} ({change:.0e})" if settles else "not settled",
                 f"{depth(state):.0e}", f"{complementarity(state):.0e}",
             ])  # fmt: skip
     return rows
@@ -240,7 +305,7 @@ FRAMES = (0.62, 0.57, 0.552, 0.54, 0.5)
 
 def frames(case: Case) -> list[tuple[str, Equilibrium]]:
     """States on the way through the snap and on, titled."""
-    film = carried(case, DISTANCES).film
+    film = (*carried(case, DISTANCES[:1]).film, (DISTANCES[-1], lying(case)))
     chosen = [min(film, key=lambda one, z=z: abs(one[0] - z)) for z in FRAMES]
     every = [(f"Z = {z:.3f}", state) for z, state in chosen]
     every += [(f"Z = {z:g}", nearer(case, k + 1)) for k, z in enumerate(drawn(case))]
@@ -337,6 +402,9 @@ def run(out: Path) -> dict[str, Number]:
     _picture(out / "ribbon_loop.png")
     (out / "ribbon_loop.toml").write_text(SCENE)
     every = [(case, one) for case in CASES for one in states_of(case)]
+    missing = [case.name for case in CASES if len(states_of(case)) < len(drawn(case)) + len(MORE) + 1]
+    if missing:
+        raise AssertionError(f"not all states of {missing}")
     deepest = max(depth(state) for _, (_, _, state) in every)
     off = max(abs(link(state) - turns) for _, (turns, _, state) in every)
     for case in CASES:
@@ -344,13 +412,15 @@ def run(out: Path) -> dict[str, Number]:
     if deepest > 1e-6 or off > 1e-2 or not rows:
         raise AssertionError(f"{deepest}, {off}")
     page.write(
-        out / "ribbon_loop.md", "The loop of a twisted ribbon: no ply, no stack",
+        out / "ribbon_loop.md", f"The loop of a twisted ribbon: no ply up to {MORE[-1]:g} turns, no stack",
         "python -m tests.validation ribbon_loop", *_text(rows, settling),
     )  # fmt: skip
     numbers = {
         "long_ply": Number(PROBES["long_ply"](), 1e-9, "degrees", ".2f"),
         "deepest": Number(deepest, deepest, "l", ".0e"),
         "turns": Number(MORE[-1], 0.0, "", ".2f"),
+        "normals_least": Number(least_normals(), None, "degrees", ".2f", "on one mesh"),
+        "change": rounding(change_of_angles(), "degrees"),
     }
     for name, case in zip(("rod", "w01", "w02"), CASES, strict=True):
         angle, normals = over_meshes(case)[:2]
@@ -358,6 +428,9 @@ def run(out: Path) -> dict[str, Number]:
         assert state.end_support is not None
         (one,) = touches(state, case)
         ply = long_ply(state.end_support.moment[2], one.apart, case)
+        far = touches(turned(case, len(MORE)), case)[0]
+        numbers[f"turned_{name}"] = Number(far.strands, None, "degrees", ".2f", "on one mesh")
+        numbers[f"on_{name}"] = Number(far_on(case), None, "degrees", ".1f", "on one mesh")
         numbers[f"long_{name}"] = Number(ply, 0.01, "degrees", ".2f")
         for key, limit in (("strands", angle), ("normals", normals)):
             why = "" if limit.settles else "it does not settle over its meshes"
@@ -365,6 +438,11 @@ def run(out: Path) -> dict[str, Number]:
                 limit.value, limit.error if limit.settles else None, "degrees", ".2f", why
             )
     return numbers
+
+
+def _each(texts: Iterable[str]) -> str:
+    """Of the rod and both strips."""
+    return ", ".join(texts)
 
 
 def _text(rows: list[list[str]], settling: list[list[str]]) -> tuple[str, ...]:
@@ -377,6 +455,10 @@ def _text(rows: list[list[str]], settling: list[list[str]]) -> tuple[str, ...]:
         f"lies on itself (Z = {DISTANCES[-1]:g}, {TURNS:g} turns; {SEGMENTS} elements, no friction): its ends are "
         f"brought nearer at {TURNS:g} turns, or turned further at Z = {DISTANCES[-1]:g}. Forces in D w / l^2, energies "
         "in D w / l, lengths in l, angles in degrees.",
+        f"*Lowest eigenvalue*: on {BETWEEN[1][0]} to {BETWEEN[1][-1]} elements, so many that their joints are far from "
+        f"what touches, and its change from that on {BETWEEN[0][0]} to {BETWEEN[0][-1]} such. A place at a joint has a "
+        "row on either side, and is held from both: the rod at Z = "
+        f"{NEARER[-1]:g} on {SEGMENTS} elements has {nearer(ROD, len(NEARER)).lowest_eigenvalue:.4f} so.",
         "*Strands*: half the angle of the two strands where they touch, one of them reversed: in a ply their angle "
         "against its axis. *Long ply*: that of a long ply of a round rod under the same moment (Neukirch and Marko "
         "2011), its strands as far apart and its bending the harmonic mean of the section's two. *Normals*: angle of "
@@ -385,11 +467,16 @@ def _text(rows: list[list[str]], settling: list[list[str]]) -> tuple[str, ...]:
         page.table(["strip", "turns", "Z", "s", "v", "apart", "strands", "long ply", "normals", "push on", "push",
                     "tension", "moment", "energy", "twist (turns)", "lowest eigenvalue", "penetration",
                     "push times gap"], rows),
-        "It does not stack: one edge lies on the other's edge, the faces far from parallel. It does not ply either: "
-        "drawn in, its strands turn away from a ply's angle, towards 90 degrees, a coil whose ends lie along each "
-        "other. Nor could a ply of strips that stack or stand edge on edge hold a turn: its sections keep their place "
-        "against its axis, and their twist, sin 2b / (4 pi r) turns per length, is what its writhe takes away (Fuller "
-        "1971; `tests/ribbon/find/test_ribbon_loop.py` winds one up). A round rod's roll there.",
+        f"It does not stack: at {TURNS:g} turns edges lie on each other, at {MORE[-1]:g} one edge nearly on the "
+        f"other's face (the push {_each(f'{far_on(case):.1f}' for case in CASES)} degrees from its normal), and the "
+        f"faces stand {least_normals():.2f} degrees from each other or more. It does not ply up to {MORE[-1]:g} turns: "
+        "drawn in, its strands turn away from a ply's angle, towards 90 degrees "
+        f"({_each(_went(case)[0] for case in CASES)}), a coil whose ends lie along each other; turned further they "
+        f"turn towards it ({_each(_went(case)[1] for case in CASES)}), and are far from a long ply's. Whether they "
+        "reach one beyond is not known. A ply of strips that stack or stand edge on edge could not hold a turn: its "
+        "sections keep their place against its axis, and their twist, sin 2b / (4 pi r) turns per length, is what its "
+        "writhe takes away (Fuller 1971; `tests/ribbon/find/test_ribbon_loop.py` winds one up). A round rod's roll "
+        "there.",
         f"## Over segments halved twice\n\nThe loop at Z = {NEARER[0]:g}, {TURNS:g} turns. Angles and forces change "
         "little and irregularly, so that most do not settle: the place slides over joints, and there has a row on "
         "either side.",

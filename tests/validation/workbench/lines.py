@@ -92,11 +92,17 @@ def _columns(job: Stretch) -> tuple[dict[str, Any], float]:
 def _apart(one: dict[str, Any], other: dict[str, Any]) -> np.ndarray[Any, Any]:
     """How far (l, or over the energy) the rows of two tables are apart; inf where a status differs."""
     keys = ("end.x", "end.y", "end.z", "middle.x", "middle.y", "middle.z")
-    far = np.max([np.abs(_numbers(one, key) - _numbers(other, key)) for key in keys], axis=0)
+    far = np.max([_off(_numbers(one, key), _numbers(other, key)) for key in keys], axis=0)
     energies = _numbers(one, "energy.total"), _numbers(other, "energy.total")
-    far = np.maximum(far, np.abs(energies[0] - energies[1]) / np.maximum(1.0, np.abs(energies[1])))
+    far = np.maximum(far, _off(*energies) / np.maximum(1.0, np.nan_to_num(np.abs(energies[1]))))
     same = np.array([a == b for a, b in zip(one["status"], other["status"], strict=True)])
-    return np.where(same, np.nan_to_num(far, nan=0.0), np.inf)
+    return np.where(same, far, np.inf)
+
+
+def _off(one: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """How far numbers are apart: inf where one side alone has none, 0 where neither has."""
+    none = np.isnan(one), np.isnan(other)
+    return np.where(none[0] & none[1], 0.0, np.where(none[0] | none[1], np.inf, np.abs(one - other)))
 
 
 def _numbers(columns: dict[str, Any], key: str) -> np.ndarray[Any, Any]:

@@ -16,7 +16,8 @@ from tests.validation.workbench.shift_followed import RIPPLE, Case
 FINER = 1.5
 #: To what a place is located on its mesh (l): where elements are placed anew they are so to a part of the shortest.
 PLACED, EQUAL, SHELL = 1e-5, 1e-9, 1e-9
-#: To what the shift is known at least where shooting's equations are singular, l.
+#: Least error (l) of U stable again by shooting, whose equations are singular there: set by hand, and not derived; the
+#: page has U lost by the same search beside it (`Shot.searched`), and what is within both errors without it.
 SINGULAR = 5e-5
 
 
@@ -161,7 +162,8 @@ class Thin:
 @dataclass(frozen=True)
 class Shot:
     """A ribbon's special points without elements (`shift_shot`), each (shift, error), l: where U is lost and stable
-    again, folds of US and of U in order, where S is lost; integral: of the equations, by how much it changes."""
+    again, folds of US and of U in order, where S is lost; integral: of the equations, by how much it changes; searched:
+    where U is lost as `again` is found, by the first of its forks; bare: error of `again` without the floor."""
 
     lost: tuple[float, float]
     again: tuple[float, float]
@@ -169,14 +171,18 @@ class Shot:
     turned: tuple[tuple[float, float], ...]
     flat: tuple[float, float]
     integral: float
+    searched: tuple[float, float] = (math.nan, math.nan)
+    bare: float = math.nan
 
     @classmethod
     def of(cls, us: Mapping[str, Any], u: Mapping[str, Any]) -> Shot:
-        """From what `shift_shot.measured` and `arch` keep: U is stable again from its last fork on."""
+        """From what `shift_shot.measured` and `arch` keep: U counts as stable again from its last fork on; that it
+        is stable there is not asked."""
         lost, flat = ((one["value"], one["error"]) for one in (us["lost"], us["flat"]))
-        again = u["forks"][-1]["value"], max(SINGULAR, u["forks"][-1]["error"])
+        first, last = ((one["value"], one["error"]) for one in (u["forks"][0], u["forks"][-1]))
         folds, turned = (tuple((one["value"], one["error"]) for one in found["folds"]) for found in (us, u))
-        return cls(lost, again, folds, turned, flat, us["integral"])
+        again, searched = ((value, max(SINGULAR, error)) for value, error in (last, first))
+        return cls(lost, again, folds, turned, flat, us["integral"], searched, last[1])
 
     def points(self, one: Diagram) -> list[tuple[str, Place, tuple[float, float]]]:
         """What, on elements and without, of everything that both have."""

@@ -16,7 +16,7 @@ from matplotlib import pyplot as plt
 from compare.measure.mesh_limit import Settled
 from tests.validation import page
 from tests.validation.workbench import shift_words as words
-from tests.validation.workbench.shift_diagram import Diagram, Place, Shot, Thin, located_to, width, widths
+from tests.validation.workbench.shift_diagram import SINGULAR, Diagram, Place, Shot, Thin, located_to, width, widths
 from tests.validation.workbench.shift_followed import RIPPLE, Case
 
 COLOURS = {"wunderlich": "tab:red", "kirchhoff": "tab:gray", "finite": "tab:blue"}
@@ -139,8 +139,9 @@ def _shell_rows(shells: Mapping[tuple[float, float], Thin]) -> list[tuple[str, .
 
 def _shot_rows(lines: Mapping[Case, Diagram], shots: Mapping[float, Shot]) -> tuple[list[tuple[str, ...]], str]:
     """Each special point on elements and without, and how far they are apart; how many of those that settle are so
-    within both errors."""
-    rows, within = [], []
+    within both errors, as the page says it."""
+    rows: list[tuple[str, ...]] = []
+    within, bare = [], []
     for case, one in lines.items():
         if case.energy != "wunderlich" or case.narrow not in shots:
             continue
@@ -151,9 +152,17 @@ def _shot_rows(lines: Mapping[Case, Diagram], shots: Mapping[float, Shot]) -> tu
             apart = abs(place.limit.value - value)
             if place.limit.settles:
                 within.append(apart <= place.limit.error + error)
+                bare.append(apart <= place.limit.error + (shot.bare if place is one.again else error))
             cells = (f"{value:.6f}", f"{error:.0e}", *_ended(place.limit, place.values, 5))
             rows.append((f"1/{case.narrow:g}", what, *cells, f"{apart:.0e}" if place.limit.settles else ""))
-    return rows, f"{sum(within)} of {len(within)}"
+    return rows, f"{sum(within)} of {len(within)} values (without the floor {sum(bare)})"
+
+
+def _searched(shots: Mapping[float, Shot]) -> str:
+    """U lost by the search that finds U stable again, beside what it is from US."""
+    apart = [abs(one.searched[0] - one.lost[0]) for one in shots.values()]
+    inside = sum(a <= one.searched[1] + one.lost[1] for a, one in zip(apart, shots.values(), strict=True))
+    return f"{min(apart):.0e} to {max(apart):.0e} l from it, at {inside} of {len(apart)} widths within both errors"
 
 
 def _three(cells: tuple[str, ...]) -> tuple[str, ...]:
@@ -185,13 +194,13 @@ def _shelled(ratio: float, shell: Thin) -> str:
 def open_ones(
     lines: Mapping[Case, Diagram], shells: Mapping[tuple[float, float], Thin], shots: Mapping[float, Shot]
 ) -> list[str]:
-    """What does not settle, in words, but for what is known without elements."""
+    """What does not settle on its meshes, in words, and of what a value is known without elements only."""
     found = []
     for case, one in lines.items():
-        known = ("U lost", "U again", "S lost") if case.energy == "wunderlich" and case.narrow in shots else ()
-        for what, place in (("U lost", one.lost), ("U again", one.again), ("S lost", one.flat)):
-            if place is not None and not place.limit.settles and what not in known:
-                found.append(f"{case.energy}, w/l = 1/{case.narrow:g}: {what}")
+        only = " (by shooting only)" if case.energy == "wunderlich" and case.narrow in shots else ""
+        for what, place in (("U lost", one.lost), ("U stable again", one.again), ("S lost", one.flat)):
+            if place is not None and not place.limit.settles:
+                found.append(f"{case.energy}, w/l = 1/{case.narrow:g}: {what}{only}")
         found += [
             f"{case.energy}, w/l = 1/{case.narrow:g}: fold {k + 1} of {branch}"
             for branch, folds in (("U", one.turned), ("US", one.folds))
@@ -248,7 +257,12 @@ def write(
         page.table(("model", "w/l", "w/h", "what", "elements", "halved", "twice", "limit", "+-"), _rows(lines)),
         words.NARROW.replace("\n", " "),
         "### The same without elements",
-        words.WITHOUT.replace("\n", " ").format(integral=max(one.integral for one in shots.values()), within=within),
+        words.WITHOUT.replace("\n", " ").format(
+            integral=max(one.integral for one in shots.values()),
+            within=within,
+            floor=SINGULAR,
+            searched=_searched(shots),
+        ),
         page.table(("w/l", "what", "by shooting", "+-", "on elements", "+-", "apart"), both),
         words.OTHERS.replace("\n", " "),
         "### `finite` on elements that stand at its crossings (w/l = 1/20, w/h = 50)",

@@ -31,9 +31,12 @@ the ribbon of w/l = 1/20, taken over to the other widths by the equations, and f
 US made its own image; a fold is where the equations at a given shift are singular, U is lost and S where US comes to
 them, U stable again at the last shift where its equations are singular and another branch leaves. Errors: from twice as
 many intervals with a tenth of the tolerance; for U and S from the distances at which they are approached; for U stable
-again from the last two steps. The equations' first integral changes by {integral:.0e} of its size along the strip.
+again from the last two steps, and no less than {floor:.0e} l, a floor set by hand and not derived: U lost, found by the
+same search and with the same floor, lies {searched}. Whether a state is stable is not asked by the shooting: that U is
+so again beyond its last fork is the inertia's on elements. The equations' first integral changes by {integral:.0e} of
+its size along the strip.
 Where U of w/l = 1/40 is lost and stable again, and where S is lost, does not settle on elements and is known by this.
-US has as many folds as on elements at every width, at w/l = 1/6 none. Of what settles on elements {within} values are
+US has as many folds as on elements at every width, at w/l = 1/6 none. Of what settles on elements {within} are
 apart by no more than both errors."""
 OTHERS = """\
 `sadowsky` has no value here: where the curvature passes zero its density is infinite with any twist, and U and US are
