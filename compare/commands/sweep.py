@@ -71,7 +71,9 @@ def register(parser: argparse.ArgumentParser) -> None:
         help="keep N points of every centreline: shapes.npy, or parts of Parquet in shapes/",
     )  # fmt: skip
     parser.add_argument(
-        "--alone", action="store_true", help="of a table in parts, begin no case at its neighbours' states (slower)"
+        "--neighbours",
+        action="store_true",
+        help="of a table in parts, begin cases at each other's states (quicker, and not always the state found alone)",
     )
     parser.add_argument("--fresh", action="store_true", help="forget the finished cases in the folder")
     common.yes_argument(parser)
@@ -229,7 +231,7 @@ def _sweep(options: argparse.Namespace) -> Sweep:
             ("against", options.against),
             ("errors", options.errors or None),
             ("leave_saddle", common.leaves(options)),
-            ("alone", options.alone or None),
+            ("neighbours", options.neighbours or None),
             ("shapes", None if options.shapes is None else checked(options.shapes)),
         )
         if value is not None

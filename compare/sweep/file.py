@@ -50,8 +50,8 @@ class Sweep:
     name: of the folder of results; scene: with the assignments of [set]; axes: the last one fastest; show: the quantity
     (a column of cases.csv) in the picture, against: another one on its horizontal axis, "" for the axes themselves;
     solver: a model, or `COMPARE` ("": the model that the scene chooses); errors: whether each discretisation error is
-    measured too; shapes: points of every centreline that are kept (`compare.sweep.shapes`), 0: none; alone: no case is
-    begun at the state of another (`compare.sweep.large.lines`).
+    measured too; shapes: points of every centreline that are kept (`compare.sweep.shapes`), 0: none; neighbours: cases
+    of a table in parts are begun at each other's states (`compare.sweep.large.lines`).
     """
 
     name: str
@@ -65,7 +65,7 @@ class Sweep:
     leave_saddle: bool | None = None
     curves: tuple[Curve, ...] = ()
     shapes: int = 0
-    alone: bool = False
+    neighbours: bool = False
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -77,7 +77,7 @@ class Sweep:
         """What is asked of each case beside its scene and solver, as far as it is in what is kept."""
         own: dict[str, Any] = {"errors": self.errors, "leave_saddle": self.leave_saddle}
         own |= {"shapes": self.shapes} if self.shapes else {}
-        return {**own, "alone": True} if self.alone else own
+        return {**own, "neighbours": True} if self.neighbours else own
 
 
 def shipped() -> dict[str, Path]:

@@ -88,7 +88,7 @@ LINES = {
         ("sweep", "cantilever", "--set", "model.elements=4", "--vary", "strip.gamma=1,3", "--stay", "--shapes", "5",
          *OUT),
         ("sweep", "cantilever", "--set", "model.elements=4", "--vary", "strip.gamma=1,3", "--shard", "1/2", "--table",
-         "csv", "--alone", *OUT),
+         "csv", "--neighbours", *OUT),
         ("sweep", "cantilever", "--set", "model.elements=4", "--vary", "strip.gamma=1,3", "--join", "own part", *OUT),
     ],
     "identify": [

@@ -21,7 +21,7 @@ AXES = ("strip.gamma=log(2,40,3)", "strip.natural_curvature=-1.5:1.5:30")
 def swept(**more):
     axes = [parse_axis(axis) for axis in AXES]
     sweep = load_sweep("cantilever", {"model.elements": 6, "gravity.up": [0.6, 0.0, 0.8]}, axes)
-    return replace(sweep, **more)
+    return replace(sweep, **{"neighbours": True, **more})
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +36,7 @@ def columns(job):
 
 def test_rows_are_those_of_cases_alone(job):
     along, alone = columns(job), columns(replace(job, tries=TRIES))
-    assert alone == columns(replace(job, given=given(swept(alone=True), Grid(swept().scene, swept().axes))))
+    assert alone == columns(replace(job, given=given(swept(neighbours=False), Grid(swept().scene, swept().axes))))
     warm = along.pop("warm")  # a case that was begun at its neighbours' names the one before it
     assert 60 < sum(case is not None for case in warm) < 90
     assert all(case in (None, number - 1) for number, case in enumerate(warm))
@@ -88,7 +88,7 @@ def test_what_goes_by_lines():
         swept(leave_saddle=True),
         swept(solver="compare"),
         swept(shapes=5),
-        swept(alone=True),
+        swept(neighbours=False),
     ):
         assert not lines.goes_by_lines(other, grid)
     short = Grid(sweep.scene, (sweep.axes[1], sweep.axes[0]))

@@ -112,7 +112,7 @@ def _numbers(columns: dict[str, Any], key: str) -> np.ndarray[Any, Any]:
 @functools.cache
 def _begun() -> None:
     """What is compiled or loaded once in a process: a block across K = 0 in which a saddle is left, both ways."""
-    sweep = swept(1000, 1000)
+    sweep = replace(swept(1000, 1000), neighbours=True)
     first = 820_500 - 820_500 % lines.BLOCK
     job = Stretch(
         0, tuple(range(first, first + lines.BLOCK)), given(sweep, Grid(sweep.scene, sweep.axes)), tempfile.gettempdir()
@@ -124,7 +124,7 @@ def _begun() -> None:
 def seen(sweep: Any, blocks: int) -> Seen:
     """Blocks of a grid at equal steps, either way in turns."""
     grid = Grid(sweep.scene, sweep.axes)
-    packed, whole = given(sweep, grid), len(grid) // lines.BLOCK
+    packed, whole = given(replace(sweep, neighbours=True), grid), len(grid) // lines.BLOCK
     found = Seen(0, 0, 0, 0, 0.0, [], [], {})
     _begun()
     _columns(Stretch(0, tuple(range(lines.BLOCK)), packed, tempfile.gettempdir()))
