@@ -23,7 +23,7 @@ from compare.sweep.finished import Case, Finished
 from compare.sweep.journal import FORMAT, Journal
 from compare.sweep.large.aside import Aside
 from compare.sweep.large.meanwhile import Meanwhile
-from compare.sweep.pace import Pace
+from compare.sweep.large.pace import Pace
 from compare.sweep.warm import Walk, mended
 from compare.sweep.workers import Crew
 from ribbonbench.errors import BadInput, Missing

@@ -122,10 +122,8 @@ def _between(same: Sequence[Barrier], units: Units) -> str:
     if len(saddles) == 1:
         return f"From state {saddles[0]}, a saddle, the strip falls to {below}: barriers of {one}; and {other}."
     names = ", ".join(map(str, saddles))
-    return (
-        f"From each of {len(saddles)} saddles of one energy (states {names}) the strip falls to {below}: barriers of {one}; "
-        f"and {other}."
-    )
+    top = f"each of {len(saddles)} saddles of one energy (states {names})"
+    return f"From {top} the strip falls to {below}: barriers of {one}; and {other}."
 
 
 def _without(found: States) -> str:

@@ -22,9 +22,9 @@ from compare.sweep.large.columns import fields_of
 from compare.sweep.large.join import join
 from compare.sweep.large.lines import BLOCK, goes_by_lines
 from compare.sweep.large.meanwhile import Meanwhile
+from compare.sweep.large.pace import Pace
 from compare.sweep.large.parts import Layout, Stock
 from compare.sweep.large.stretch import TOGETHER, Chunk, Stretch, by_lines, given
-from compare.sweep.pace import Pace
 from compare.sweep.run import check_point, software_digest
 from compare.sweep.shard import IDENTITY, Identity, Shard, identity_of, sweep_key
 from compare.sweep.shard import joinable as joinable_shards

@@ -7,7 +7,7 @@ import time
 import pytest
 
 from compare.store.progress import Reporter
-from compare.sweep.pace import Pace, progress
+from compare.sweep.large.pace import Pace, progress
 from compare.sweep.workers import Died, LocalCrew, Worker
 
 
