@@ -17,6 +17,8 @@ SPENT = "the budget of time is spent"
 
 #: Each gives time (s) of this process that counts for no solve: kernels that are compiled, once after an installation.
 UNCOUNTED: list[Callable[[], float]] = []
+#: Each is told when the compilation of a kernel begins in this process (`ribbonbench.kernel_cache`).
+COMPILING: list[Callable[[], object]] = []
 _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)
 #: Time (s) on the clock of the wall for which a look at the thread's is not repeated: that one asks the system, which
 #: took a tenth of a sweep's case where it was profiled.

@@ -25,7 +25,7 @@ from numba.core import config as _config
 from numba.core import dispatcher as _dispatcher
 from numba.core import event
 
-from ribbonbench import kernel_files
+from ribbonbench import clock, kernel_files
 from ribbonbench.sources import Sources
 from ribbonbench.trusted import fault, makeable, private
 
@@ -46,6 +46,7 @@ class KernelCache:
 
     def __init__(self, package: Path, *marks: bytes) -> None:
         self.package, self._marks = package, (_KERNEL, *marks)
+        event.register("numba:compile", _Listener(package.name, _tell_all))
 
     def root(self) -> Path:
         """Where kernels are kept: ``NUMBA_CACHE_DIR``, else ``RIBBONBENCH_CACHE``, else the user's cache folder (XDG);
@@ -121,6 +122,11 @@ class KernelCache:
             yield
         finally:
             event.unregister("numba:compile", listener)
+
+
+def _tell_all(_: int) -> None:
+    for tell in list(clock.COMPILING):
+        tell()
 
 
 @functools.cache

@@ -124,8 +124,8 @@ def say(
     if seen is not None:
         from compare.pages.branches import states as pages_states
 
-        print_table(console, pages_states.table(seen), wide=options.wide)
-        for sentence in pages_states.sentences(seen):
+        print_table(console, pages_states.table(seen, units), wide=options.wide)
+        for sentence in pages_states.sentences(seen, units):
             console.print(f"- {sentence}")
     for sentence in sentences(scene, state)[1:]:  # what to do; the first one says what the table says
         console.print(sentence)

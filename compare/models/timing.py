@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+#: What is said while kernels are compiled.
+WORDS = "compiling the ribbon's kernels, once after each installation (half a minute to a minute)"
+
 #: A repeated solve is timed up to REPEATS times, while that takes less than REPEAT_BUDGET seconds; the median counts.
 REPEATS = 5
 REPEAT_BUDGET = 2.0
@@ -67,6 +70,5 @@ def compiling(say: Reporter | None) -> Iterator[None]:
     if say is None:
         yield
         return
-    words = "compiling the ribbon's kernels, once after each installation (half a minute to a minute)"
-    with told(lambda count: say.aside(words if count == 1 else f"{words}: {count} so far")):
+    with told(lambda count: say.aside(WORDS if count == 1 else f"{WORDS}: {count} so far")):
         yield

@@ -156,9 +156,9 @@ def write(out: Path, scene: Scene, state: State, again: str, seen: States | None
     if seen is not None:
         from compare.pages.branches import states  # and with it what follows branches
 
-        result.update(states.record(seen))
+        result.update(states.record(seen, scene.units))
         states.write_shapes(out, seen)
-        more, told, files = [states.table(seen)], states.sentences(seen), dict(states.FILES)
+        more, told, files = [states.table(seen, scene.units)], states.sentences(seen, scene.units), dict(states.FILES)
     verdict = answer(scene, state)
     atomic_write_json(out / RESULT, explained({**result, "answer": verdict}))
     grid = Grid.for_shape(scene, state.shape.bend if state.shape is not None else 1.0)

@@ -23,6 +23,7 @@ from compare.sweep.finished import Case, Finished
 from compare.sweep.journal import FORMAT, Journal
 from compare.sweep.large.aside import Aside
 from compare.sweep.large.meanwhile import Meanwhile
+from compare.sweep.large.pace import Pace
 from compare.sweep.warm import Walk, mended
 from compare.sweep.workers import Crew
 from ribbonbench.errors import BadInput, Missing
@@ -149,7 +150,7 @@ class _Work:
     ) -> list[tuple[Record, bool]]:  # fmt: skip
         """The record of each scene, and whether it was found; again: they are begun at a neighbour's state; look: is
         shown what there is after every case."""
-        sweep, found, clock = self.sweep, self.journal.found, time.perf_counter()
+        sweep, found = self.sweep, self.journal.found
         if not again:
             _say_found(self.journal, set(keys), self.reporter)
         ends: dict[str, tuple[Record, bool]] = {key: (found[key], True) for key in keys if key in found}
@@ -167,7 +168,8 @@ class _Work:
         at_once = f", {workers} at once" if workers else ""
         what = f"cases {again} at a neighbour's state" if again else f"cases, solver {sweep.solver}"
         self.reporter.step(f"sweep: {len(keys)} {what}{kept}{at_once}{_way(tasks)}")
-        failed = 0
+        failed, pace = 0, Pace(self.reporter)
+        self.crew.compiles = pace.compiles
         with contextlib.closing(self.crew.run(tasks)) as results:  # type: ignore[type-var]
             for done, (index, record) in enumerate(results, start=1):
                 if "disk_full" in record:
@@ -177,7 +179,7 @@ class _Work:
                     self.journal.add(key, record)
                 failed += record["status"] != "converged"
                 ends[key] = (record, False)
-                self.reporter.detail(progress(done, len(tasks), failed, time.perf_counter() - clock))
+                pace.ended(done, len(tasks), failed)
                 look(ends)
         return [ends[key] for key in keys]
 
@@ -228,20 +230,6 @@ def _way(tasks: Sequence[Task]) -> str:
         return ", each case alone" if tasks else ""
     alone = f", {len(tasks) - count} cases alone" if count < len(tasks) else ""
     return f", {count} cases together in {len(slices)} slices{alone}"
-
-
-def progress(done: int, total: int, failed: int, seconds: float) -> str:
-    """The progress line: how far, how many failed, how many a second, time left from the mean so far."""
-    left = seconds / done * (total - done)
-    words = f"{done} of {total} cases" + (f", {failed} not converged" if failed else "")
-    return f"{words}, {done / max(seconds, 1e-9):.3g} a second, about {duration(left)} left"
-
-
-def duration(seconds: float) -> str:
-    """E.g. "40 s", "5 min", "2.5 h"."""
-    if seconds < 90.0:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
 
 
 def _say_found(journal: Journal, wanted: set[str], reporter: Reporter) -> None:

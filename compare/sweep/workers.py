@@ -16,14 +16,16 @@ import os
 import signal
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass, replace
+from enum import Enum
 from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for
 from typing import Any, Protocol
 
 from compare.sweep.case import COMPARE, Record, Task, crashed, run_case, run_cases
+from ribbonbench import clock
 from ribbonbench.start import Signals, end_with, one_thread_each, shielded
 
 #: Tries of a case whose worker dies.
@@ -47,20 +49,33 @@ class Job(Protocol):
         """What comes of it where its worker dies again and again."""
 
 
+class Word(Enum):
+    """What a worker says before what comes of its job."""
+
+    COMPILING = "kernels are being compiled for it"
+
+
 @dataclass(frozen=True)
 class Ended:
-    """A job that ended: what came of it, and the number of its worker."""
+    """A job that ended: what came of it, the number of its worker, and whether kernels were compiled for it."""
 
     job: Job
     outcome: Any
     worker: int
+    compiled: bool = False
+
+
+def unheard(begins: bool) -> None:
+    """Nobody is told that kernels are compiled."""
 
 
 class Crew(Protocol):
     """Whoever runs cases. `flow` takes jobs when somebody has time for them, and yields them as they end, in any order;
-    `run` yields (index of the task, record) likewise; the record names its worker."""
+    `run` yields (index of the task, record) likewise; the record names its worker. compiles: is told True when kernels
+    begin to be compiled for a job, False when what came of that job has been taken."""
 
     size: int
+    compiles: Callable[[bool], object]
 
     def flow(self, jobs: Iterable[Job]) -> Iterator[Ended]:
         """Runs all jobs."""
@@ -101,6 +116,7 @@ class TaskCrew(ABC):
     """A crew whose `run` goes through its `flow`."""
 
     size: int
+    compiles: Callable[[bool], object] = staticmethod(unheard)
 
     @abstractmethod
     def flow(self, jobs: Iterable[Job]) -> Iterator[Ended]:
@@ -133,9 +149,28 @@ def _serve(pipe: Connection, launched: bool, master: int) -> None:
     # outside the signals: one may come while they are given back
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt), Signals() as signals:
         while True:
-            pipe.send(pipe.recv().work())
+            job = pipe.recv()
+            with _saying(pipe):
+                found = job.work()
+            pipe.send(found)
     if signals.seen is not None:
         raise SystemExit(1)
+
+
+@contextlib.contextmanager
+def _saying(pipe: Connection) -> Iterator[None]:
+    """Inside, the first kernel that is compiled is told through the pipe."""
+
+    def tell() -> None:
+        clock.COMPILING.remove(tell)
+        pipe.send(Word.COMPILING)
+
+    clock.COMPILING.append(tell)
+    try:
+        yield
+    finally:
+        if tell in clock.COMPILING:
+            clock.COMPILING.remove(tell)
 
 
 def jobs_of(tasks: Sequence[Task]) -> list[tuple[int, ...]]:
@@ -158,21 +193,25 @@ class Worker:
             self.process.start()
         theirs.close()
         self.busy: Job | None = None
+        self.compiled = False
 
     def give(self, job: Job) -> None:
         """Sends a job; a worker that is already dead is found out by `take`."""
-        self.busy = job
+        self.busy, self.compiled = job, False
         with contextlib.suppress(OSError):
             self.pipe.send(job)
 
     def take(self) -> Any:
-        """What came of the job; `Died` when the process ended instead."""
-        self.busy = None
+        """What came of the job, or a `Word` while it goes on; `Died` when the process ended instead."""
+        job, self.busy = self.busy, None
         try:
-            return self.pipe.recv()
+            found = self.pipe.recv()
         except (EOFError, OSError):
             self.process.join(_PATIENCE)
             raise Died(_ending(self.process.exitcode)) from None
+        if isinstance(found, Word):
+            self.busy, self.compiled = job, True
+        return found
 
     def end(self) -> None:
         """Ends the process and what it started."""
@@ -229,7 +268,11 @@ class LocalCrew(TaskCrew):
                         continue
                     ended: Ended | None = None
                     try:
-                        ended = Ended(job, worker.take(), number)
+                        found = worker.take()
+                        if isinstance(found, Word):
+                            self.compiles(True)
+                            continue
+                        ended = Ended(job, found, number, worker.compiled)
                     except Died as death:
                         worker.end()
                         del crew[number]
@@ -240,9 +283,12 @@ class LocalCrew(TaskCrew):
                             again.appendleft((job, tries[number] + 1))
                         else:
                             ended = Ended(job, job.died(f"{death}, {TRIES} times"), number)
+                    compiled = worker.compiled
                     hand(number)
                     if ended is not None:
                         yield ended
+                    if compiled:
+                        self.compiles(False)
         finally:
             for worker in crew.values():
                 worker.pipe.close() if worker.busy is None else worker.process.terminate()
@@ -267,7 +313,9 @@ def run_beside(job: Job) -> list[Ended]:
             _BESIDE.append(Worker(launched=True))
         _BESIDE[0].give(job)
         try:
-            return [Ended(job, _BESIDE[0].take(), placed()[0])]
+            while isinstance(found := _BESIDE[0].take(), Word):
+                pass
+            return [Ended(job, found, placed()[0], _BESIDE[0].compiled)]
         except Died as died:
             death = str(died)
             _BESIDE.pop().end()
@@ -301,7 +349,10 @@ class ClusterCrew(TaskCrew):
                     return
                 for future in wait(flying, return_when=FIRST_COMPLETED).done:
                     flying.remove(future)
-                    yield from future.result()
+                    found = future.result()
+                    yield from found
+                    if any(end.compiled for end in found):
+                        self.compiles(False)
         finally:
             for future in flying:
                 future.cancel()

@@ -80,10 +80,25 @@ class Barrier:
 
 
 @dataclass(frozen=True)
+class Left:
+    """A saddle with one unstable mode (number of a state) over which no barrier is known, and why."""
+
+    saddle: int
+    why: str
+
+
+#: Why a saddle gives no barrier.
+SPENT, NO_MODE = "the time was spent", "its unstable mode was not found"
+NO_END, NO_LOWER = "steps downhill did not converge", "steps downhill led to no stable state below it"
+ONE_END = "both sides fall to one state"
+
+
+@dataclass(frozen=True)
 class States:
     """What was seen, by energy; own: which of them the scene's own solve leads to; tries: starts that were gone from;
     complete: whether all of them, and all saddles, were, within the time; costly: whether errors are not asked for, as
-    finer elements of the model cost too much; barriers: between two that are told apart, lowest first."""
+    finer elements of the model cost too much; barriers: between two that are told apart, lowest first; left: the
+    saddles that gave none; downhill: whether the model goes downhill from them at all."""
 
     seen: tuple[Seen, ...]
     own: int
@@ -91,6 +106,13 @@ class States:
     complete: bool
     costly: bool = False
     barriers: tuple[Barrier, ...] = ()
+    left: tuple[Left, ...] = ()
+    downhill: bool = True
+
+    @property
+    def saddles(self) -> int:
+        """How many have one unstable mode."""
+        return sum(s.unstable == 1 for s in self.seen)
 
     @property
     def unsettled(self) -> int:
@@ -172,34 +194,37 @@ class _Search:
         sides = self._sides()
         return self._listed(complete and not self.cut, sides)
 
-    def _sides(self) -> list[tuple[int, int, int]]:
-        """Of every saddle with one unstable mode the numbers of it and of both states beside it, among the points."""
-        found: list[tuple[int, int, int]] = []
+    def _sides(self) -> dict[int, tuple[int, int] | str]:
+        """Of every saddle with one unstable mode, by its number among the points, those of both states beside it, or
+        why they are not known."""
         if self.start.downhill is None:
-            return found
-        for k, (saddle, *_) in enumerate(self.points[:]):
-            factor = saddle.system.factor(saddle.z, 0.0)
-            if saddle.unstable != 1 or factor is None:
-                continue
-            if time.monotonic() > self.end:
-                self.cut = True
-                break
-            values, modes = bordered.near_zero(saddle.system, factor, _NEAR)
-            if not values[0] < 0.0:
-                continue
-            ends = [self._below(saddle, sign * modes[:, 0]) for sign in (ASIDE, -ASIDE)]
-            if ends[0] is not None and ends[1] is not None and ends[0] != ends[1]:
-                found.append((k, ends[0], ends[1]))
-        return found
+            return {}
+        return {k: self._ends(saddle) for k, (saddle, *_) in enumerate(self.points[:]) if saddle.unstable == 1}
 
-    def _below(self, saddle: Point, dz: FloatArray) -> int | None:
-        """The number of the stable state below a saddle on the side of dz."""
+    def _ends(self, saddle: Point) -> tuple[int, int] | str:
+        if time.monotonic() > self.end:
+            self.cut = True
+            return SPENT
+        factor = saddle.system.factor(saddle.z, 0.0)
+        if factor is None:
+            return NO_MODE
+        values, modes = bordered.near_zero(saddle.system, factor, _NEAR)
+        if not values[0] < 0.0:
+            return NO_MODE
+        one, other = (self._below(saddle, sign * modes[:, 0]) for sign in (ASIDE, -ASIDE))
+        if isinstance(one, str) or isinstance(other, str):
+            return one if isinstance(one, str) else str(other)
+        return ONE_END if one == other else (one, other)
+
+    def _below(self, saddle: Point, dz: FloatArray) -> int | str:
+        """The number of the stable state below a saddle on the side of dz, or why there is none."""
         assert self.start.downhill is not None
         found = self.start.downhill(saddle, dz)
         point = None if found is None else first_point(*found, 0.0, Options().tolerance, check=False)
-        top = saddle.system.energy(saddle.z, 0.0)
-        if point is None or point.unstable or not point.system.energy(point.z, 0.0) < top:
-            return None
+        if point is None:
+            return NO_END
+        if point.unstable or not point.system.energy(point.z, 0.0) < saddle.system.energy(saddle.z, 0.0):
+            return NO_LOWER
         return self._add(point, "downhill from a saddle")
 
     def _starts(self) -> Iterator[tuple[str, System, FloatArray]]:
@@ -224,7 +249,7 @@ class _Search:
         self.points.append((point, found_by, line, shape))
         return len(self.points) - 1
 
-    def _listed(self, complete: bool, sides: list[tuple[int, int, int]]) -> States:
+    def _listed(self, complete: bool, sides: dict[int, tuple[int, int] | str]) -> States:
         own_line = self.points[0][2]
         energies = [point.system.energy(point.z, point.t) for point, *_ in self.points]
         order = sorted(range(len(energies)), key=lambda k: (round(energies[k], 9), k))
@@ -241,8 +266,17 @@ class _Search:
             image = alike[0] if alike else None
             error = self._bars(point, line) if image is None else seen[image].bars
             seen.append(Seen(energies[k], point.unstable, off, found_by, image, line, shape, error))
-        barriers = sorted((_barrier(seen, *(order.index(k) for k in side)) for side in sides), key=_lowest)
-        return States(tuple(seen), order.index(0), self.tries, complete, self.start.costly, tuple(barriers))
+        place = {k: n for n, k in enumerate(order)}
+        barriers, left = [], []
+        for k, side in sides.items():
+            if isinstance(side, str):
+                left.append(Left(place[k], side))
+            else:
+                barriers.append(_barrier(seen, place[k], place[side[0]], place[side[1]]))
+        return States(
+            tuple(seen), place[0], self.tries, complete, self.start.costly, tuple(sorted(barriers, key=_lowest)),
+            tuple(left), self.start.downhill is not None,
+        )  # fmt: skip
 
     def _bars(self, point: Point, line: FloatArray) -> Bars | None:
         """Of a state, by the same one on elements halved twice."""

@@ -27,6 +27,7 @@ from compare.sweep.finished import Case
 from compare.sweep.large.columns import rows_of_case
 from compare.sweep.large.quick import Quick
 from compare.sweep.row import reach, row_of
+from ribbonbench.errors import RibbonbenchError
 
 #: Cases of a block, and fewest cases of a line whose neighbours are begun at each other's states.
 BLOCK, FEWEST = 64, 8
@@ -63,6 +64,10 @@ class Gone:
     seconds: float
 
 
+class Alone(Exception):
+    """The cases of a line are solved alone, and each says for itself what is wrong with it."""
+
+
 class _Solved:
     """The cases of a line that are solved alone, each once."""
 
@@ -72,15 +77,18 @@ class _Solved:
         self.states: dict[int, State] = {}
 
     def __call__(self, places: Sequence[int]) -> list[State]:
-        """Their states. ValueError where the scenes cannot be put together, or are not solved together."""
+        """Their states. `Alone` where the scenes cannot be put together, are not solved together, or one is refused."""
         # one of a line is held against the strict way, the others are put together of the same values
         points = self._quick.points([self._line[place] for place in places], check=not self.points)
         if points is None:
-            raise ValueError("points that have to be read one by one")
+            raise Alone("points that have to be read one by one")
         tasks = [self.task(point) for point in points]
         if any(slice_key(task) is None for task in tasks):
-            raise ValueError("cases that are solved alone")
-        states = states_of(tasks)
+            raise Alone("cases that are solved alone")
+        try:
+            states = states_of(tasks)
+        except (RibbonbenchError, ValueError) as error:  # a solver's refusal is a ValueError
+            raise Alone("cases that are refused") from error
         self.points |= zip(places, points, strict=True)
         self.states |= zip(places, states, strict=True)
         return states
@@ -110,7 +118,7 @@ def gone(task: Task, grid: Grid, quick: Quick, line: range) -> Gone | None:
             line[place]: recorded(solved.task(point), rows[place], solved.states[place], 0.0)
             for place, point in solved.points.items()
         }
-    except Exception:
+    except (Alone, RibbonbenchError):  # the latter: a point that cannot be read
         return None
     between = _rows_between(grid, line, gamma, found, solved.points, records)
     if between is None:

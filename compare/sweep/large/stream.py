@@ -22,9 +22,10 @@ from compare.sweep.large.columns import fields_of
 from compare.sweep.large.join import join
 from compare.sweep.large.lines import BLOCK, goes_by_lines
 from compare.sweep.large.meanwhile import Meanwhile
+from compare.sweep.large.pace import Pace
 from compare.sweep.large.parts import Layout, Stock
 from compare.sweep.large.stretch import TOGETHER, Chunk, Stretch, by_lines, given
-from compare.sweep.run import check_point, progress, software_digest
+from compare.sweep.run import check_point, software_digest
 from compare.sweep.shard import IDENTITY, Identity, Shard, identity_of, sweep_key
 from compare.sweep.shard import joinable as joinable_shards
 from compare.sweep.workers import Crew
@@ -206,7 +207,8 @@ def run(
     reporter.step(f"sweep: {len(grid)} cases{share}, solver {sweep.solver}, {crew.size} at once")
     new = failed = 0
     writing: Aside | None = None
-    meanwhile = Meanwhile()
+    meanwhile, pace = Meanwhile(), Pace(reporter)
+    crew.compiles = pace.compiles
     try:
         with contextlib.closing(crew.flow(work.stretches())) as ends:  # type: ignore[type-var]
             for end in ends:
@@ -218,7 +220,7 @@ def run(
                 new += chunk.cases
                 failed += chunk.cases - chunk.converged
                 left = about - work.kept
-                reporter.detail(progress(new, max(left, new), failed, time.perf_counter() - clock))
+                pace.ended(new, max(left, new), failed)
                 writing = _write(work, writing, wait=len(work.full) > 1)
                 if picture is not None:
                     meanwhile.look(functools.partial(picture, layout.key))

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from compare.commands.main import main
-from compare.pages.branches.states import sentences
+from compare.pages.branches.states import record, sentences, table
 from compare.scene.scene import loads
+from compare.scene.units import Units
+from compare.studies.branches import states as search
 from compare.studies.branches.bars import Bars
-from compare.studies.branches.states import Seen, States, states
+from compare.studies.branches.states import ONE_END, Barrier, Left, Seen, States, states
 from ribbonbench.errors import BadInput
 from tests.compare.studies.test_branches import HELD
 
@@ -108,10 +110,64 @@ def test_errors_that_were_not_asked_for_are_told_with_the_reason(costly, why):
     bars = (None, Bars(0.0, 1e-3, 1e-3, None, True), Bars(0.0, 1e-3, 1e-3, None, False), None)
     some = tuple(Seen(float(k), 0, 0.0, "", None, np.zeros((101, 3)), None, one) for k, one in enumerate(bars))
     assert (States(some, 0, 1, True).unasked, States(some, 0, 1, True).unsettled) == (2, 1)
-    (said,) = (line for line in sentences(States(some, 0, 1, True, costly)) if "asked" in line)
+    (said,) = (line for line in sentences(States(some, 0, 1, True, costly), Units()) if "asked" in line)
     assert "2 of 4 states" in said
     assert why in said
-    assert not any("asked" in line for line in sentences(States(some[1:3], 0, 1, True, costly)))
+    assert not any("asked" in line for line in sentences(States(some[1:3], 0, 1, True, costly), Units()))
+
+
+def arch_of(barriers=(), left=(), downhill=True):
+    """An arch with its image and two saddles of one energy; a third one higher."""
+    energies, unstable, images = (1.0, 1.0, 3.0, 3.0, 8.0), (0, 0, 1, 1, 1), (None, 0, None, 2, None)
+    bars, line = Bars(0.0, 1e-3, 1e-3, None, True), np.zeros((101, 3))
+    some = (
+        Seen(e, n, 0.1, "", image, line, None, bars) for e, n, image in zip(energies, unstable, images, strict=True)
+    )
+    return States(tuple(some), 0, 1, True, False, tuple(barriers), tuple(left), downhill)
+
+
+def test_barriers_are_told_in_si_and_saddles_of_one_energy_once():
+    """Each of two images had a sentence of its own, in D w / l of a strip whose joule is known."""
+    units = Units(0.5, 0.01, 5e-4)  # D w / l is 1 mJ
+    both = [Barrier(k, (0, 1), (2.0, 2.0), (2e-3, 2e-3)) for k in (2, 3)]
+    found = arch_of([*both, Barrier(4, (0, 1), (7.0, 7.0), (2e-3, None))])
+    said = [line for line in sentences(found, units) if "falls to" in line]
+    assert len(said) == 2
+    assert "2 saddles of one energy (states 2, 3)" in said[0]
+    assert said[0].count("2 mJ, within 0.002 mJ") == 2
+    assert "7 mJ, its error is not known" in said[1]
+    assert not any("D w" in line for line in sentences(found, units))
+    barriers = record(found, units)["states_search"]["barriers"]
+    assert barriers[0]["si"]["heights"] == pytest.approx([2e-3, 2e-3])
+    assert barriers[2]["si"]["errors_why"] == barriers[2]["errors_why"]
+    assert "energy mJ" in [column.heading for column in table(found, units).columns]
+    assert "energy / (D w / l)" in [column.heading for column in table(found, Units()).columns]
+
+
+def test_saddles_without_a_barrier_are_told_with_the_reason():
+    """Nothing was written of them: "none between" and "not found" read the same."""
+    found = arch_of(left=[Left(2, ONE_END), Left(3, ONE_END), Left(4, search.SPENT)])
+    written = record(found, Units())["states_search"]
+    assert written["barriers"] == []
+    assert written["saddles"]["tried"] == 2
+    assert written["saddles"]["left"][2] == {"saddle": 4, "why": "the time was spent"}
+    said = written["barriers_why"]
+    assert said in sentences(found, Units())
+    assert "3 of 3 saddles" in said
+    assert "both sides fall to one state (states 2, 3)" in said
+    none = record(arch_of(downhill=False), Units())["states_search"]
+    assert none["barriers"] is None
+    assert "no steps downhill" in none["barriers_why"]
+
+
+def test_a_saddle_whose_sides_end_nowhere_is_kept_with_the_reason(seen, monkeypatch):
+    scene = loads(ARCH).replace({"model.energy": "wunderlich", "model.elements": 12})
+    monkeypatch.setattr("compare.models.branches.ribbon.downhill", lambda point, dz: None)
+    found = states(scene, tries=0)
+    assert found.barriers == ()
+    assert len(found.left) == found.saddles >= 2
+    assert {one.why for one in found.left} == {search.NO_END}
+    assert all(found.seen[one.saddle].unstable == 1 for one in found.left)
 
 
 def test_every_state_is_an_equilibrium_that_its_own_solver_confirms(seen):

@@ -79,6 +79,24 @@ def test_a_number_that_differs_from_the_other_way_sends_all_cases_alone(job, mon
     assert columns(job) == alone
 
 
+def test_a_fault_of_the_program_is_not_taken_for_a_line_that_cannot_be_gone(job, monkeypatch):
+    """It made all cases go alone, many times slower, without a word; what a case is refused for still does."""
+    alone = columns(replace(job, numbers=(64, 70, 89), tries=TRIES))
+
+    def refused(tasks):
+        raise ValueError("refused")
+
+    monkeypatch.setattr(lines, "states_of", refused)
+    assert columns(replace(job, numbers=(64, 70, 89))) == alone
+
+    def wrong(*given):
+        raise TypeError("a fault")
+
+    monkeypatch.setattr(lines, "states_of", wrong)
+    with pytest.raises(TypeError, match="a fault"):
+        job.work()
+
+
 def test_what_goes_by_lines():
     sweep = swept()
     grid = Grid(sweep.scene, sweep.axes)
