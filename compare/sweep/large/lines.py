@@ -46,7 +46,9 @@ def line_with(grid: Grid, number: int) -> range:
 
 def goes_by_lines(sweep: Sweep, grid: Grid) -> bool:
     """Whether the cases of a sweep are begun at their neighbours' states: where that is asked for, and they are near."""
-    if not sweep.neighbours or sweep.solver == COMPARE or sweep.errors or sweep.leave_saddle or sweep.shapes:
+    if not sweep.neighbours:
+        return False
+    if sweep.solver == COMPARE or sweep.errors or sweep.leave_saddle or sweep.shapes:
         return False
     if not grid.axes or len(grid.axes[-1].values) < FEWEST or grid.scene.several_equilibria:
         return False
