@@ -45,7 +45,7 @@ def line_with(grid: Grid, number: int) -> range:
 
 
 def goes_by_lines(sweep: Sweep, grid: Grid) -> bool:
-    """Whether the cases of a sweep are begun at their neighbours' states: where that is asked for, and they are near."""
+    """Whether cases are begun at their neighbours' states: where that is asked for, and these are near."""
     if not sweep.neighbours:
         return False
     if sweep.solver == COMPARE or sweep.errors or sweep.leave_saddle or sweep.shapes:
