@@ -298,8 +298,8 @@ def broken(before: Point, after: Point, reach: float, options: Options) -> tuple
 
 def leaves_convexity(before: Point, after: Point) -> bool:
     """Whether between two neighbours the density ceases to be convex, or the number of modes changes where it is not so
-    already, and it matters: a state without an unstable mode (a ruling that turns beside a clamp that holds it straight)
-    has none of the elements' own."""
+    already, and it matters: a state without an unstable mode (a ruling that turns beside a clamp that holds it
+    straight) has none of the elements' own."""
     if not after.unstable or after.system.convexity(after.z, after.t) >= -BROKEN:
         return False
     return after.unstable != before.unstable or before.system.convexity(before.z, before.t) > BROKEN

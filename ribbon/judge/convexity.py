@@ -64,8 +64,8 @@ def curved_slack(omega: FloatArray, eta: FloatArray, natural: FloatArray, poisso
 
 
 def least_slack(omega: FloatArray, eta: FloatArray, natural: FloatArray, poisson: float) -> FloatArray:
-    """The least `curved_slack` (p,), 1/l^2, on every segment between joints with these values (p + 1,), which are linear
-    in between: at an end, or where the slope of the slack, a polynomial of the fourth degree, is zero."""
+    """The least `curved_slack` (p,), 1/l^2, on every segment between joints with these values (p + 1,), which are
+    linear in between: at an end, or where the slope of the slack, a polynomial of the fourth degree, is zero."""
     found = curved_slack(omega, eta, natural, poisson)
     least = np.minimum(found[1:], found[:-1])
     for k in range(least.size):

@@ -387,8 +387,9 @@ class Equations:
         return layers.missed(self.problem(t), *self.whole(z, t)) <= RESOLVED
 
     def convexity(self, z: FloatArray, t: float) -> float:
-        """Least slack of Legendre's condition at the joints whose ruling is free and between two of these (docs/theory.md,
-        eq. (6.4)), 1/l^2; inf for energies that have gradients of what varies, and a naturally flat strip."""
+        """Least slack of Legendre's condition at the joints whose ruling is free and between two of these
+        (docs/theory.md, eq. (6.4)), 1/l^2; inf for energies that have gradients of what varies, and a naturally flat
+        strip."""
         problem = self.problem(t)
         strip = problem.strip
         if problem.energy not in WITHOUT_GRADIENTS or not strip.poisson:

@@ -12,7 +12,7 @@ from compare.continuation.correct import first_point
 from compare.continuation.follow import follow
 from compare.continuation.point import Options
 from compare.studies.branches import aside as passages
-from ribbon.find.branch.aside import Piece, of_chain, second_variation
+from ribbon.find.branch.aside import Form, Piece, of_chain, second_variation
 from ribbon.find.branch.chain import Setting
 from ribbon.find.branch.confined import Confined
 from ribbon.find.branch.folds import waves
@@ -60,6 +60,29 @@ def test_a_circle_has_the_eigenvalues_of_its_closed_form(turn, width):
         assert found.fun < 1e-3 * closed(turn, width, low + 5e-4)
 
 
+@pytest.mark.parametrize("elements", [1, 5])
+def test_an_odd_number_of_elements_is_refused(elements):
+    arc = Piece(1.0, lambda s: np.array([-s, 1.0 + 0.0 * s, 0.0 * s, 0.0 * s]))
+    with pytest.raises(ValueError, match="even"):
+        second_variation([arc], 0.0, 0.0, (False, False), elements)
+
+
+def test_all_eigenvalues_below_zero_are_told_however_few_are_asked_for():
+    """Of 20 unknowns of which 13 are below zero: 12 of them were taken for all."""
+    own = Form(np.eye(20), np.diag(np.where(np.arange(20) < 13, -2.0, 0.5)), np.eye(1, 20, 19))
+    assert (own.through_zero(12) < 0.0).sum() == 13
+    assert (own.lowest(12) < 0.0).all()
+    assert own.through_zero(16).size == 16
+
+
+def test_without_time_modes_aside_are_not_asked_for():
+    def asks(point):
+        raise AssertionError
+
+    assert passages.counts([None, None], asks, lambda: True) == [None, None]
+    assert passages.passed([None] * 3, [0, 1, None], asks, Options(), 2, lambda: True) == [None]
+
+
 def test_folds_give_way_aside_where_forces_and_moments_in_space_say():
     def setting_at(t: float) -> Setting:
         return Setting(0.095 - 0.038 * t, DELTA, GAMMA)
@@ -70,9 +93,9 @@ def test_folds_give_way_aside_where_forces_and_moments_in_space_say():
     def asks(point):
         return of_chain(point.system.chain, point.z, setting_at(point.t), 0.0, elements=2).lowest(4)
 
-    counts = passages.counts(points, asks)
+    counts = passages.counts(points, asks, lambda: False)
     assert (counts[0], counts[-1]) == (0, 2)
-    found = passages.passed(points, counts, asks, Options(), 0)
+    found = passages.passed(points, counts, asks, Options(), 0, lambda: False)
     assert [one.change for one in found] == [1, 1]
     for mode, one in enumerate(found):
         height = setting_at(one.point.t).height
