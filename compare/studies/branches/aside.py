@@ -17,7 +17,8 @@ from compare.continuation.finer import is_level, refined
 from compare.continuation.point import Options, Point
 from compare.continuation.system import FloatArray
 
-Asks, Spent = Callable[[Point], FloatArray], Callable[[], bool]
+Asks = Callable[[Point], FloatArray]
+Spent = Callable[[], bool]
 #: To which part of a step a root is found.
 _ROOT = 1e-13
 
