@@ -19,7 +19,7 @@ import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from compare.continuation import bordered
-from compare.continuation.correct import at, tangent
+from compare.continuation.correct import Direction, at, tangent
 from compare.continuation.journal import journalled
 from compare.continuation.point import Options, Point, Special, length, product
 from compare.continuation.system import FloatArray
@@ -38,7 +38,9 @@ BROKEN = 1e-10
 #: Points around a branch that is left, their distance at the least (arc length), and the part of the eigenvalues there
 #: that is none at the place itself.
 _NODES, _AROUND, TOUCH = np.array([-2.5, -1.5, -0.5, 0.5, 1.5, 2.5]), 0.01, 1e-2
-#: What happens where the density ceases to be convex, and the number that this has among conditions of one side.
+#: Cosine with the tangent that was come along from which on a branch is that one, gone back.
+_BACK = -1.0 + 1e-6
+#: What happens where the density is no more convex, and the number that this has among conditions of one side.
 UNPOSED, LOST = "its energy is no more convex in curvature and twist: beyond, elements alone set its modes", -1
 #: Slack of a condition that is met where another one is, and how many of them are gone through at the most.
 TIGHT, MANY = 1e-6, 5
@@ -88,6 +90,14 @@ class Between:
         size = length(point.system, dz, dt)
         middle = dz / size, dt / size
         return point if product(point.system, point.tangent, middle) >= ALONG else replace(point, tangent=middle)
+
+    def last_alike(self, first: float) -> Point:
+        """The last point with as many unstable modes as at `first`, which at `reach` there are not, to `APART`."""
+        low, high, count = first, self.reach, self.point(first).unstable
+        while high - low > APART:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self.point(middle).unstable == count else (low, middle)
+        return self.point(low)
 
     def root(self, value: Callable[[Point], float]) -> float | None:
         """Where `value` passes zero; None where it does not, or leaps over it."""
@@ -287,26 +297,31 @@ def broken(before: Point, after: Point, reach: float, options: Options) -> tuple
 
 
 def leaves_convexity(before: Point, after: Point) -> bool:
-    """Whether the density ceases to be convex between two neighbours, and it matters: a state without an unstable mode
-    (a ruling that turns beside a clamp that holds it straight) has none of the elements' own."""
-    return bool(after.unstable) and (
-        before.system.convexity(before.z, before.t) > BROKEN and after.system.convexity(after.z, after.t) < -BROKEN
-    )
+    """Whether between two neighbours the density ceases to be convex, or the number of modes changes where it is not so
+    already, and it matters: a state without an unstable mode (a ruling that turns beside a clamp that holds it
+    straight) has none of the elements' own."""
+    if not after.unstable or after.system.convexity(after.z, after.t) >= -BROKEN:
+        return False
+    return after.unstable != before.unstable or before.system.convexity(before.z, before.t) > BROKEN
 
 
 def unposed(before: Point, after: Point, reach: float, options: Options) -> Special | None:
-    """Where the density between two neighbours ceases to be convex, an event behind which no branch is followed; None
-    where it does not, or that cannot be told."""
+    """Where the density between two neighbours ceases to be convex, or, of a branch that is stable there or has come
+    beyond, where the number of modes changes next: an event behind which no branch is followed; None where it cannot be
+    told."""
 
     def slack(point: Point) -> float:
         return point.system.convexity(point.z, point.t)
 
     between = Between(before, reach, after, options)
     try:
-        place = between.root(slack)
+        convex = slack(before) > BROKEN
+        place = between.root(slack) if convex else 0.0
         if place is None:
             return None
         here = between.point(place)
+        if not (convex and here.unstable):
+            here = between.last_alike(place)
     except ArithmeticError:
         return None
     return Special("event", here, np.zeros((here.system.size, 0)), (), before, reach, 0, UNPOSED, condition=LOST)
@@ -315,22 +330,24 @@ def unposed(before: Point, after: Point, reach: float, options: Options) -> Spec
 def _carried(here: Point, condition: int) -> tuple[Point | None, list[str]]:
     """The same equilibrium in the system in which the condition has changed, its tangent on the side on which it is
     kept, and what happened."""
-    point, words = _changed(here, (condition,))
+    point, words, _ = _changed(here, (condition,))
     if point is None:
         return None, words
     return (point if _rates(point)[condition] >= 0.0 else point.turned()), words
 
 
-def _changed(here: Point, conditions: Sequence[int]) -> tuple[Point | None, list[str]]:
-    """The same equilibrium in the system in which these conditions have changed, and what happened, of each."""
+def _changed(here: Point, conditions: Sequence[int]) -> tuple[Point | None, list[str], Direction]:
+    """The same equilibrium in the system in which these conditions have changed, what happened, of each, and what is
+    left there of the tangent that was come along."""
     dz, dt = here.tangent
     system, z, directions, words = here.system, here.z, dz[:, None], []
     for condition in conditions:
         system, z, directions, what = system.beyond(z, here.t, condition, directions)
         words.append(what)
-    found = tangent(system, z, here.t, (directions[:, 0], dt))
+    along = directions[:, 0], dt
+    found = tangent(system, z, here.t, along)
     point = None if found is None else replace(here, system=system, z=z, tangent=found[0], unstable=found[1])
-    return point, words
+    return point, words, along
 
 
 def _rates(point: Point) -> FloatArray:
@@ -363,18 +380,19 @@ def _together(here: Point, tight: Sequence[int]) -> tuple[Point, list[str], tupl
 
     Branches that end at one place are rays, one for every choice of conditions in force that keeps all slacks at their
     bound from falling: a linear complementarity problem in the rates (S. M. Robinson 1980, doi:10.1287/moor.5.1.43;
-    R. W. Cottle, J.-S. Pang & R. E. Stone 1992). One is the ray that was come along; of others the one ahead is taken.
+    R. W. Cottle, J.-S. Pang & R. E. Stone 1992). One is the ray that was come along; of others, itself gone back
+    apart, the one most ahead in (z, t) is taken: near a fold dt alone says nothing.
     """
     best: tuple[float, Point, list[str], tuple[int, ...]] | None = None
     for count in range(1, len(tight) + 1):
         for chosen in combinations(tight, count):
-            point, words = _changed(here, chosen)
+            point, words, along = _changed(here, chosen)
             if point is None:
                 continue
             for one in (point, point.turned()):
-                if not _keeps(one, tight):
+                ahead = product(one.system, one.tangent, along)
+                if ahead <= _BACK or not _keeps(one, tight):
                     continue
-                ahead = one.tangent[1] * here.tangent[1]
                 if best is None or ahead > best[0]:
                     best = ahead, one, words, chosen
     return None if best is None else best[1:]

@@ -27,6 +27,8 @@ FloatArray = NDArray[np.float64]
 SAMPLES = 33
 #: Part of an eigenvalue's size that is rounding.
 _ROUNDING = 1e-12
+#: Imaginary part up to which a root is a real one (a value near it is one of the polynomial all the same).
+_REAL = 1e-6
 
 
 def share(problem: Problem, x: FloatArray) -> float | None:
@@ -59,6 +61,21 @@ def curved_slack(omega: FloatArray, eta: FloatArray, natural: FloatArray, poisso
     With k = omega, t = eta omega the density 1/2 (k^2 + t^2)^2 / k^2 - K (k + nu t^2 / k) has e_tt = 2 + 6 eta^2 -
     2 nu K / k and the determinant (1 + eta^2)^2 (2 (1 + eta^2) - 2 nu K / k)."""
     return np.asarray(omega * omega * (1.0 + eta * eta) - poisson * natural * omega)
+
+
+def least_slack(omega: FloatArray, eta: FloatArray, natural: FloatArray, poisson: float) -> FloatArray:
+    """The least `curved_slack` (p,), 1/l^2, on every segment between joints with these values (p + 1,), which are
+    linear in between: at an end, or where the slope of the slack, a polynomial of the fourth degree, is zero."""
+    found = curved_slack(omega, eta, natural, poisson)
+    least = np.minimum(found[1:], found[:-1])
+    for k in range(least.size):
+        k_, n, own = (np.array([one[k + 1] - one[k], one[k]]) for one in (omega, eta, natural))
+        turned = np.polyadd(np.polymul(n, n), [1.0])
+        slack = np.polymul(k_, np.polysub(np.polymul(k_, turned), poisson * own))
+        roots = np.roots(np.polyder(slack))
+        inside = roots.real[(np.abs(roots.imag) < _REAL) & (roots.real > 0.0) & (roots.real < 1.0)]
+        least[k] = min(least[k], np.polyval(slack, inside).min(initial=np.inf))
+    return np.asarray(least)
 
 
 def lowest(numbers: FloatArray, thickness: float) -> FloatArray:

@@ -27,8 +27,8 @@ FloatArray = NDArray[np.float64]
 LEVEL, TURNED, STRAIGHT = 2e-6, 1e-9, 1e-6
 #: Elements of an arc, for how many of the scene's on the whole strip, at the least.
 SHARE, LEAST = 15, 8
-#: Eigenvalues aside of the plane that are asked for.
-_ASIDE = 12
+#: Eigenvalues aside of the plane that are asked for, more where all are below zero; most elements of a piece, even.
+_ASIDE, _FINEST = 12, 8
 #: Samples of an arc for its shape.
 _SAMPLES = 81
 #: A place between the ends of the range, and what is off a straight line there at the most.
@@ -90,8 +90,9 @@ def branch_start(scene_at: Callable[[float], Scene], state: State) -> BranchStar
         here, own = scene_at(point.t), point.system.chain
         width = here.width if here.model.energy == "wunderlich" else 0.0
         first, last = (held is not None and held.ruling == "straight" for held in (here.clamp_start, here.clamp_end))
-        elements = min(own.elements // 2, 8)
-        return aside.of_chain(own, point.z, setting_at(point.t), width, (first, last), elements).lowest(_ASIDE)
+        elements = min(own.elements // 4 * 2, _FINEST)
+        form = aside.of_chain(own, point.z, setting_at(point.t), width, (first, last), elements)
+        return form.through_zero(_ASIDE)
 
     return BranchStart(state, system, z, shape, lambda count: iter(()), planar=True, aside=beside)
 

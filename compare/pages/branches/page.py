@@ -26,7 +26,7 @@ PICTURE, RECORD, SHAPES = "branches.png", "branches.json", "shapes.npz"
 ENDS = {
     "range": "an end of the range", "closed": "back at its beginning", "steps": "its last allowed point",
     "stuck": "a point behind which none was found",
-    "unposed": "the last point at which its energy is convex",
+    "unposed": "a point behind which its energy is not convex and its modes are those of its elements",
     "unresolved": "the last point that its elements resolve", "stopped": "the end of the time",
 }  # fmt: skip
 

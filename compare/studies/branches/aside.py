@@ -18,6 +18,7 @@ from compare.continuation.point import Options, Point
 from compare.continuation.system import FloatArray
 
 Asks = Callable[[Point], FloatArray]
+Spent = Callable[[], bool]
 #: To which part of a step a root is found.
 _ROOT = 1e-13
 
@@ -37,33 +38,36 @@ class Passed:
         return "one more mode aside of its plane is unstable" if self.change > 0 else "a mode aside is stable again"
 
 
-def counts(points: Sequence[Point], asks: Asks) -> list[int]:
-    """Number of unstable modes aside at every point."""
-    return [int((asks(point) < 0.0).sum()) for point in points]
+def counts(points: Sequence[Point], asks: Asks, spent: Spent) -> list[int | None]:
+    """Number of unstable modes aside at every point; None: there was no more time."""
+    return [None if spent() else int((asks(point) < 0.0).sum()) for point in points]
 
 
 def passed(
-    points: Sequence[Point], found: Sequence[int], asks: Asks, options: Options, halvings: int
+    points: Sequence[Point], found: Sequence[int | None], asks: Asks, options: Options, halvings: int, spent: Spent
 ) -> list[Passed | None]:
-    """All places along a branch at which a mode aside changes its stability, in order; None: one that was not found."""
+    """All places along a branch at which a mode aside changes its stability, in order; None: one that was not found, or
+    not looked for without time."""
     made: list[Passed | None] = []
     for here, there, before, after in zip(points, points[1:], found, found[1:], strict=False):
+        if before is None or after is None:
+            continue
         step = 1 if after > before else -1
         for number in range(before, after, step):
             mode = number if step > 0 else number - 1
-            made.append(_located(here, there, mode, step, asks, options, halvings))
+            made.append(None if spent() else _located(here, there, mode, step, asks, options, halvings, spent))
     return made
 
 
 def _located(
-    here: Point, there: Point, mode: int, change: int, asks: Asks, options: Options, halvings: int
+    here: Point, there: Point, mode: int, change: int, asks: Asks, options: Options, halvings: int, spent: Spent
 ) -> Passed | None:
     roots: list[Point | None] = [_root(here, there, mode, asks, options)]
     if roots[0] is None:
         return None
     ends: list[Point | None] = [here, there]
     for _ in range(halvings):
-        ends = [None if end is None else refined(end, is_level(end), options) for end in ends]
+        ends = [None if end is None or spent() else refined(end, is_level(end), options) for end in ends]
         first, last = ends
         roots.append(None if first is None or last is None else _root(first, last, mode, asks, options))
     return Passed(roots[0], tuple(roots[1:]), change)
@@ -80,7 +84,8 @@ def _root(here: Point, there: Point, mode: int, asks: Asks, options: Options) ->
             if point is None:
                 raise ArithmeticError
             seen[ahead] = point
-            return float(asks(point)[mode])
+            values = asks(point)  # its last one is above zero, and so is what is beyond it
+            return float(values[min(mode, values.size - 1)])
 
         try:
             if value(0.0) * value(far) > 0.0:

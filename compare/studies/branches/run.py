@@ -322,10 +322,11 @@ class _Models:
         if asks is None:
             return [None] * len(points), []
         self._told(f"{self.word}: modes aside of its plane")
-        found = aside.counts(points, asks)
+        found = aside.counts(points, asks, self._spent)
+        self.left += None in found and not image
         halvings = HALVINGS if self.measured.special and not image else 0
         entries = []
-        for one in aside.passed(points, found, asks, self.options, halvings):
+        for one in aside.passed(points, found, asks, self.options, halvings, self._spent):
             if one is None:
                 self.left += 1
                 continue

@@ -80,6 +80,14 @@ class Form(NamedTuple):
         return 1.0 + np.asarray(scipy.linalg.eigh(loads, stiff, eigvals_only=True,
                                                   subset_by_index=(0, min(count, free.shape[1]) - 1)))  # fmt: skip
 
+    def through_zero(self, count: int) -> FloatArray:
+        """As many of the lowest at the least, and with them all that are below zero and one that is not."""
+        found = self.lowest(count)
+        while found.size == count and found[-1] < 0.0:
+            count *= 2
+            found = self.lowest(count)
+        return found
+
 
 def of_chain(own: Chain, z: FloatArray, setting: Setting, width: float,
              straight: tuple[bool, bool] = (False, False), elements: int = 4) -> Form:  # fmt: skip
@@ -141,7 +149,10 @@ def _passages(own: Chain, z: FloatArray, k: int) -> list[float]:
 def second_variation(
     strip: list[Piece], thrust: float, width: float, straight: tuple[bool, bool], elements: int
 ) -> Form:
-    """Of these pieces in order, flat parts under this thrust (D w / l^2), clamped at both ends."""
+    """Of these pieces in order, flat parts under this thrust (D w / l^2), clamped at both ends, on an even number of
+    elements a piece, else ValueError."""
+    if elements < 2 or elements % 2:
+        raise ValueError(f"elements = {elements}: an even number of them, two or more")
     columns, size = _columns(strip, elements, bool(width))
     value, slope = _fields(elements)
     stiffness, loads, rows = np.zeros((size, size)), np.zeros((size, size)), []

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ribbon import law
 from ribbon.find.branch import layers, walls
 from ribbon.find.branch.passages import Grading, passed
-from ribbon.judge.convexity import curved_slack
+from ribbon.judge.convexity import curved_slack, least_slack
 from ribbon.problems import prolonged
 from ribbon.problems.layout import ETA, POSITION, QUATERNION, SLOPE, STRIDE
 from ribbon.problems.mixed import MixedProblem
@@ -387,8 +387,9 @@ class Equations:
         return layers.missed(self.problem(t), *self.whole(z, t)) <= RESOLVED
 
     def convexity(self, z: FloatArray, t: float) -> float:
-        """Least slack of Legendre's condition at the joints whose ruling is free (docs/theory.md, eq. (6.4)), 1/l^2;
-        inf for energies that have gradients of what varies, and a naturally flat strip."""
+        """Least slack of Legendre's condition at the joints whose ruling is free and between two of these
+        (docs/theory.md, eq. (6.4)), 1/l^2; inf for energies that have gradients of what varies, and a naturally flat
+        strip."""
         problem = self.problem(t)
         strip = problem.strip
         if problem.energy not in WITHOUT_GRADIENTS or not strip.poisson:
@@ -400,7 +401,9 @@ class Equations:
         omega, eta = problem.joint_values(self.whole(z, t)[0])
         lower, upper = problem.bounds()
         turns = (lower != upper)[problem.layout.columns(ETA)]
-        return float(curved_slack(omega, eta, natural, strip.poisson)[turns].min(initial=np.inf))
+        at_joints = curved_slack(omega, eta, natural, strip.poisson)[turns]
+        between = least_slack(omega, eta, natural, strip.poisson)[turns[1:] & turns[:-1]]
+        return float(min(at_joints.min(initial=np.inf), between.min(initial=np.inf)))
 
     def finer(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[Equations, FloatArray, FloatArray]:
         """Every segment cut in two; graded ones by the grading that is twice as fine."""

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from compare.continuation import bordered
+from compare.continuation import bordered, locate
 from compare.continuation.correct import first_point
 from compare.continuation.deflate import deflated
 from compare.continuation.finer import relocated
 from compare.continuation.follow import follow, leaving, switched
-from compare.continuation.point import Options
+from compare.continuation.point import Options, Point
 from compare.continuation.system import Unbounded
 from tests.compare.continuation.toys import Dense, Toy
 
@@ -305,3 +305,47 @@ def test_an_unstable_branch_ends_where_its_density_ceases_to_be_convex(unstable,
     assert run.ended == ended
     assert run.points[-1].t == pytest.approx(last, abs=1e-10)
     assert [special.kind for special in run.specials] == (["event"] if unstable else [])
+
+
+@dataclass(frozen=True)
+class _CurledLate(_Curled):
+    """Stable where its density ceases to be convex, with an unstable mode from t = 0.6 on."""
+
+    def factor(self, z, t):
+        return _One(int(t > 0.6))
+
+
+@pytest.mark.parametrize("most", [0.01, 0.1, 0.5])
+def test_a_stable_branch_without_convexity_ends_where_its_modes_change(most):
+    """However long its steps are: also with both in one."""
+    run = follow(first_point(_CurledLate(), np.zeros(1), 0.0, 1e-10), options=Options(step=most, most=most))
+    assert run.ended == "unposed"
+    assert run.points[-1].t == pytest.approx(0.6, abs=2e-7)
+    assert [special.condition for special in run.specials] == [locate.LOST]
+
+
+@dataclass(frozen=True)
+class _Rays(_Resting):
+    """At (0, 0) a branch that comes with z, nearly at a fold, ends; with condition 0 changed what is kept is that
+    branch gone back, with condition 1 a branch on, along which t falls a little; with both none."""
+
+    gone: frozenset[int] = frozenset()
+
+    def rate(self, z, t):
+        return np.array([{frozenset({1}): 10.0}.get(self.gone, -50.0)])
+
+    def slacks(self, z, t):
+        side = {frozenset({0}): -z[0], frozenset({1}): z[0], frozenset({0, 1}): -1.0}.get(self.gone, -z[0])
+        return np.array([side, side])
+
+    def beyond(self, z, t, condition, directions):
+        return replace(self, gone=self.gone | {condition}), z, directions, f"{condition} changes"
+
+
+def test_of_rays_near_a_fold_the_one_that_goes_on_is_taken():
+    """dt alone is -0.0004 of the ray that was come along, gone back, and -0.002 of the one that goes on."""
+    size = np.hypot(1.0, 0.02)
+    here = Point(_Rays(), np.zeros(1), 0.0, (np.array([1.0 / size]), 0.02 / size), 0, 0.0, 0, 0.0)
+    ray, _, chosen = locate._together(here, [0, 1])
+    assert chosen == (1,)
+    assert (ray.tangent[0][0], ray.tangent[1]) == pytest.approx((10.0 / np.sqrt(101.0), -1.0 / np.sqrt(101.0)))

@@ -21,7 +21,7 @@ from compare.models.branches.ribbon import equations
 from compare.scene.scene import load, loads
 from compare.studies.branches.along import Along
 from compare.studies.branches.run import Asked, branch, diagram
-from ribbon.judge.convexity import curved_slack
+from ribbon.judge.convexity import curved_slack, least_slack
 from ribbonbench.errors import BadInput
 from shellref.elastica.problem import ElasticaProblem
 from tests.validation.workbench.on_edge_linear import developable
@@ -381,6 +381,66 @@ force = [0.0, 0.0, 0.0]
 energy = "sadowsky"
 elements = 20
 """
+
+
+def test_a_stable_curled_branch_ends_at_its_first_mode_behind_the_loss():
+    """It lost its convexity at 30.7, went on stable, and met three branch points of its elements up to 40."""
+    scene = loads(UPRIGHT)
+    (own,) = diagram(scene, "tip.force[1]", 0.0, 40.0, asked=Asked(branches=1, points=False)).branches
+    assert own.ended == "unposed"
+    (lost,) = own.special
+    assert lost.kind == "event"
+    assert lost.parameter == pytest.approx(31.358, abs=1e-3)
+    assert own.points[-1].unstable == 0
+    assert own.points[-1].shape.equilibrium.omega(np.linspace(0.0, 1.0, 13)).min() < 1.5  # nu K
+
+
+UPRIGHT = """
+[strip]
+length = 1.0
+width = 0.05
+poisson = 0.5
+gamma = 0.0
+natural_curvature = 3.0
+[clamp.start]
+position = [0.0, 0.0, 0.0]
+tangent = [0.0, 0.0, 1.0]
+normal = [0.0, 1.0, 0.0]
+[tip]
+force = [0.0, 0.0, 0.0]
+[model]
+energy = "sadowsky"
+elements = 12
+"""
+
+
+def test_the_least_slack_of_segments_is_that_of_many_samples():
+    """Of straight rulings whose bending passes zero it is -(nu K)^2 / 4, where joints have 1.9 and 0.5."""
+    rng = np.random.default_rng(4)
+    omega, eta, natural = rng.uniform(-2.0, 2.0, (3, 40))
+    xi = np.linspace(0.0, 1.0, 4001)[:, None]
+    along = [one[:-1] + xi * (one[1:] - one[:-1]) for one in (omega, eta, natural)]
+    sampled = curved_slack(*along, 0.4).min(axis=0)
+    assert least_slack(omega, eta, natural, 0.4) == pytest.approx(sampled, abs=1e-6)
+    assert (
+        sampled < np.minimum(*(curved_slack(omega, eta, natural, 0.4)[k] for k in (slice(1, None), slice(-1)))) - 0.01
+    ).any()
+    ends = np.array([-1.0, 1.0]), np.zeros(2), np.ones(2)
+    assert least_slack(*ends, 0.5) == pytest.approx([-0.0625], abs=1e-14)
+
+
+def test_a_curled_strip_whose_bending_passes_zero_between_joints_is_not_convex():
+    from types import SimpleNamespace
+
+    from ribbon.find.branch.equations import Equations
+
+    problem = SimpleNamespace(
+        strip=SimpleNamespace(poisson=0.5, curvature=(1.0, 1.0)), energy="sadowsky",
+        joint_values=lambda x: (np.array([1.0, 1.0, -1.0]), np.zeros(3)), bounds=lambda: (np.zeros(3), np.ones(3)),
+        layout=SimpleNamespace(columns=lambda which: slice(None)),
+    )  # fmt: skip
+    own = SimpleNamespace(problem=lambda t: problem, whole=lambda z, t: (z, z), lengths=np.full(2, 0.5))
+    assert Equations.convexity(own, np.zeros(3), 0.0) == pytest.approx(-0.0625, abs=1e-14)
 
 
 def test_a_curled_strips_density_is_convex_where_its_slack_is_positive():

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from compare.models.branches.confined import ConfinedShape, setting_of
+from compare.continuation.correct import first_point
+from compare.models.branches.confined import ConfinedShape, branch_start, setting_of
+from compare.registry import model
 from compare.scene.scene import load
 from compare.studies.branches.diagram import Branch, BranchPoint
 from compare.studies.branches.run import branch
@@ -39,6 +41,16 @@ def test_a_roof_that_falls_touches_and_flattens_the_fold():
     assert line[:, 1].min() > -1e-9
     frames = shape.frames(np.array([0.5]))[0]
     assert frames == pytest.approx(np.eye(3), abs=1e-6)
+
+
+def test_modes_aside_are_asked_on_an_even_number_of_elements_whatever_the_scene_has():
+    """150 elements are ten of an arc, and were five of a piece, which has no halves."""
+    own = load(SCENE).replace({"model.elements": 150})
+    start = branch_start(lambda t: own, model("ribbon").solve(own))
+    point = first_point(start.system, start.z, 0.0, 1e-10)
+    assert point.system.chain.elements == 10
+    assert start.aside(point).size == 12
+    assert start.aside(point)[0] > 0.0
 
 
 @pytest.mark.parametrize("change", [

@@ -331,7 +331,7 @@ def gives_way(name: str, width: float) -> Settled | float:
     k = next((k for k in range(1, len(values)) if values[k] < 0.0), None)
     if k is None:
         return min(values)
-    (one,) = passages.passed(points[k - 1 : k + 1], (0, 1), asks, OPTIONS, 2)
+    (one,) = passages.passed(points[k - 1 : k + 1], (0, 1), asks, OPTIONS, 2, lambda: False)
     if one is None:
         raise AssertionError(f"{name}, w = {width}: no root found")
     roots = [one.point, *one.finer]
