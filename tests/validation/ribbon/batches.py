@@ -78,11 +78,11 @@ def solved(count: int = BATCH) -> tuple[str, dict[str, Number]]:
         "cases": Number(count, 0, shown="d"),
         "cpu": Number(1e3 * cpu / count, None, "ms", ".2f", why=_TIME),
         "wall": Number(wall, None, "s", ".1f", why=_TIME),
-        "steps": Number(float(steps.mean()), 0, shown=".1f"),
+        "steps": Number(float(steps.mean()), 0.1, shown=".1f"),
         "stable": Number(int(many.ok.sum()), 0, shown="d"),
         "again": Number(len(many.again), 0, shown="d"),
         "stable_of_few": Number(stable, 0, shown="d"),
-        "steps_of_few": Number(mean, 0, shown=".2f"),
+        "steps_of_few": Number(mean, 0.05, shown=".2f"),
     }
     words = (
         f"{count} cantilevers of {SEGMENTS} segments (`cantilevers` of the page newton) by `ribbon.solve_many`: "
