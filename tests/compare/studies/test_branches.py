@@ -350,7 +350,7 @@ def test_points_without_time_are_unknown():
 
 
 def test_a_curled_sadowsky_branch_ends_where_twist_has_no_stiffness_left():
-    """Behind it there is a branch point for nearly every element (16 of 20): it took minutes."""
+    """Behind it there is a branch point for nearly every element (16 of 20)."""
     scene = loads(CURLED)
     (own,) = diagram(scene, "tip.force[0]", 0.0, 60.0, asked=Asked(branches=1, points=False)).branches
     assert own.ended == "unposed"

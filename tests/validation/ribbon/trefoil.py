@@ -186,7 +186,7 @@ def run(out: Path) -> dict[str, Number]:
         f"c = {known.even:.2f}). On {FEWEST} segments:",
         page.table(_HEADS, rows),
         f"Through the two thinnest a straight line in h^2 leads to c = {zero:.2f} +- {open_:.2f} (+-: through the two "
-        "before). What is left over the correction falls with h^4.",
+        "before). What is left over the correction falls about with h^4.",
         f"h = {DIAMETERS[0]:g} on segments halved once:",
         page.table(["segments", "energy", "least push per length", "penetration"], table),
         f"A polygon with springs at h = {DIAMETERS[0]:g} has the energy "
