@@ -514,7 +514,7 @@ def _numbers(
 
     wide = [gives_way(name, WIDTHS[0]) for name in BESIDE]
 
-    def beside(name: str) -> Number:
+    def shot_beside(name: str) -> Number:
         found = gives_way(name, 0.0)
         assert not isinstance(found, float)
         return Number(found.value, found.error, "l", ".9f")
@@ -530,8 +530,8 @@ def _numbers(
         "buckles": of("one", 0.0, BUCKLES),
         "buckles_apart": Number(abs(limit("one", 0.0, BUCKLES).value - closed_buckled()), 1e-11, "l", ".0e"),
         "spread_apart": Number(abs(limit("one", GAMMA, SPREADS).value - shot_spread(GAMMA)), 1e-10, "l", ".0e"),
-        "aside_two": beside("two"),
-        "aside_three": beside("three"),
+        "aside_two": shot_beside("two"),
+        "aside_three": shot_beside("three"),
         "aside_wide": Number(min(v for v in wide if isinstance(v, float)), 1e-6, "", ".3f"),
         "itself": Number(itself, 1e-6, "l", ".5f"),
         "barrier": Number(barriers[1][2], 1e-6, "D w / l", ".3e"),
