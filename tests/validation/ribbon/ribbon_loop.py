@@ -392,7 +392,10 @@ elements = 40
 "clamp.end.position" = [0.0, 0.0, 0.6]
 """
 
-PROBES = {"long_ply": lambda: long_ply(10.0, 0.01, FINITE[0])}
+PROBES = {
+    "long_ply": lambda: long_ply(10.0, 0.01, FINITE[0]),
+    "long_ply_wide": lambda: long_ply(10.0, 0.02, FINITE[1]),
+}
 
 
 def run(out: Path) -> dict[str, Number]:
@@ -417,6 +420,7 @@ def run(out: Path) -> dict[str, Number]:
     )  # fmt: skip
     numbers = {
         "long_ply": Number(PROBES["long_ply"](), 1e-9, "degrees", ".2f"),
+        "long_ply_wide": Number(PROBES["long_ply_wide"](), 1e-9, "degrees", ".2f"),
         "deepest": Number(deepest, deepest, "l", ".0e"),
         "turns": Number(MORE[-1], 0.0, "", ".2f"),
         "normals_least": Number(least_normals(), None, "degrees", ".2f", "on one mesh"),
