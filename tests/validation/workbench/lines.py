@@ -228,8 +228,8 @@ def run(folder: Path) -> dict[str, Number]:
             ],
         ),
         "Lower: rows that differ in which the state of the neighbours has less energy than the one that a start of its "
-        f"own leads to. On all grids but the first {numbers['harder_differ']} of {numbers['harder_cases']} rows differ, "
-        f"{numbers['harder_lower']} of them lower.",
+        f"own leads to. On all grids but the first {numbers['harder_differ']} of {numbers['harder_cases']} rows "
+        f"differ, {numbers['harder_lower']} of them lower.",
         page.table(
             ("a case of the grid of the page million, along", "us"),
             [(name, f"{spent:.0f}") for name, spent in first.parts.items()],
