@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import simpson
+from scipy.optimize import root
 
 from ribbon.find.jointed.touching import Line, Touching, joints, short_line
+from tests.reference import braid
 from tests.reference.braid import overhand
 from tests.reference.knot_type import crossings, determinant
 from tests.validation.ribbon.knots import DIAMETER, downhill, kept, measured
@@ -46,6 +49,26 @@ def test_the_braid_of_a_loose_knot():
     assert min(one.ends, one.force, one.least) > 0.0
     assert one.closest > 1.0
     assert 0.0 < one.line < one.place
+
+
+def test_the_pushes_of_the_braid_balance_and_bend_it_as_they_should():
+    """On the line v'''' = q v by differentiating a polynomial through v; and of all pushes, whose sum the shooting does
+    not take: it is -v''' in the middle, and their moment about it the change of v'' to (-1, 0)."""
+    one = overhand()
+    first, third, end, place, force = root(braid._missed, np.array(braid._GUESS), tol=1e-13).x
+    t = 0.5 * end * (1.0 - np.cos(np.linspace(0.0, np.pi, 81)))
+    a, b, c, d = braid._line(first, third, end, t)
+    v = np.array([np.sin(a), np.cos(a)])
+    q = b**4 - 3.0 * c**2 - 4.0 * b * d
+    for own in v:
+        fourth = np.polynomial.Chebyshev.fit(t, own, 9).deriv(4)(t)
+        assert np.abs(fourth - q * own)[10:-10].max() < 1e-3
+    far = braid._walked(braid._left(first, third, end, force), place - end)[0]
+    pushes = simpson(q * v, x=t) + one.ends * v[:, -1] + one.force * far
+    assert pushes == pytest.approx([first**3 - third, 0.0], abs=1e-6)
+    turning = simpson(t * q * v, x=t) + end * one.ends * v[:, -1] + place * one.force * far
+    assert turning == pytest.approx([1.0, -(first**2)], abs=1e-6)
+    assert one.push == pytest.approx(2.0 * (one.ends + simpson(q, x=t)), abs=1e-6)
 
 
 def test_a_knot_is_in_equilibrium_with_a_place_a_line_and_a_place():
