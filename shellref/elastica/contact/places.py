@@ -58,6 +58,8 @@ class Moving:
     def _shapes(self, x: Array) -> tuple[Array, Array]:
         """Basis functions and their derivatives (k, q) at x (q,) of 0 to 1; by an element of their own (see
         `Discretisation._shapes`)."""
+        if not x.size:
+            return np.zeros((self._dofs.shape[0], 0)), np.zeros((self._dofs.shape[0], 0))
         element = ELEMENTS[self._degree]()
         pairs = [element.lbasis(x[None, :], k) for k in range(self._dofs.shape[0])]
         values = np.stack([np.broadcast_to(value, x.shape) for value, _ in pairs])
@@ -76,10 +78,19 @@ class Moving:
         values, rates = self._shapes(x)
         theta, curvature = np.sum(own * values, axis=0), np.sum(own * rates, axis=0) / h
         inner, _ = self._shapes((x[:, None] * self._gauss[0]).ravel())
-        angle = np.einsum("kp,kpg->pg", own, inner.reshape(len(own), len(s), -1))
+        angle = np.einsum("kp,kpg->pg", own, inner.reshape(len(own), len(s), len(self._gauss[0])))
         weights = (x * h)[:, None] * self._gauss[1]
         rest = np.stack([np.sum(weights * np.cos(angle), axis=1), np.sum(weights * np.sin(angle), axis=1)], axis=1)
         return theta, curvature, self._joints[cell] + rest
+
+    def _before(self, s: Array, cell: Array) -> tuple[Array, Array, Array, Array]:
+        """Of Gauss points between the joint before each place and the place: basis functions (n, k, g), weights, cosine
+        and sine of theta (k, g)."""
+        part = (s - self._nodes[cell]) / self._length[cell]
+        inner, _ = self._shapes((part[:, None] * self._gauss[0]).ravel())
+        inner = inner.reshape(len(inner), len(s), len(self._gauss[0]))
+        angle = np.einsum("kp,kpg->pg", self._c[self._dofs[:, cell]], inner)
+        return inner, (part * self._length[cell])[:, None] * self._gauss[1], np.cos(angle), np.sin(angle)
 
     def at(self, s: Array) -> Places:
         """Everything at abscissae (k,)."""
@@ -89,16 +100,35 @@ class Moving:
         values, _ = self._shapes(x)
         phi = np.zeros((len(s), len(self._c)))
         moves = self._swept[cell].copy()
-        for p, (e, part) in enumerate(zip(cell, x, strict=True)):
-            inner, _ = self._shapes(part * self._gauss[0])
-            angle = self._c[self._dofs[:, e]] @ inner
-            weights = part * self._length[e] * self._gauss[1]
-            np.add.at(phi[p], self._dofs[:, e], values[:, p])
-            np.add.at(moves[p, 0], self._dofs[:, e], inner @ (-weights * np.sin(angle)))
-            np.add.at(moves[p, 1], self._dofs[:, e], inner @ (weights * np.cos(angle)))
+        inner, weights, cos, sin = self._before(s, cell)
+        each, dofs = np.arange(len(s))[:, None], self._dofs[:, cell].T  # an element's unknowns differ
+        phi[each, dofs] = values.T
+        moves[each, 0, dofs] += np.einsum("kpg,pg->pk", inner, -weights * sin)
+        moves[each, 1, dofs] += np.einsum("kpg,pg->pk", inner, weights * cos)
         tangent = np.stack([np.cos(theta), np.sin(theta)], axis=1)
         normal = np.stack([-np.sin(theta), np.cos(theta)], axis=1)
         return Places(s, theta, curvature, tangent, normal, position, phi, moves)
+
+    @property
+    def size(self) -> int:
+        """N."""
+        return len(self._c)
+
+    def bent_by(self, s: Array, force: Array) -> Array:
+        """sum_k <force_k, d^2 r(s_k)>, shape (N, N), of forces (k, 2) at s (k,)."""
+        cell, size = self.cells(s), len(self._c)
+        behind = np.zeros((len(self._length), 2))
+        np.add.at(behind, cell, force)
+        behind = np.cumsum(behind[::-1], axis=0)[::-1] - behind  # all that acts beyond each element
+        pull = self._weights * (behind[:, :1] * self._cos + behind[:, 1:] * self._sin)
+        blocks = -np.einsum("eg,ig,jg->eij", pull, self._phi, self._phi)
+        inner, weights, cos, sin = self._before(s, cell)
+        np.add.at(blocks, cell, -np.einsum("pg,ipg,jpg->pij", weights * (force[:, :1] * cos + force[:, 1:] * sin), inner,
+                                           inner))  # fmt: skip
+        found = np.zeros((size, size))
+        rows = self._dofs.T
+        np.add.at(found, (rows[:, :, None], rows[:, None, :]), blocks)
+        return found
 
     def bent(self, s: float, along: Array) -> Array:
         """<along, d^2 r(s)>, shape (N, N); along (2,)."""
