@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
@@ -26,7 +26,8 @@ import scipy.optimize
 from ribbonbench import clock
 from shellref.elastica.contact.barrier import Barrier
 from shellref.elastica.contact.places import Moving
-from shellref.elastica.contact.stations import Gaps, Stations, beside, slid
+from shellref.elastica.contact.rows import Beside, Pair, Row
+from shellref.elastica.contact.stations import Gaps, Stations, beside, openings, slid
 from shellref.elastica.problem import Array, ElasticaProblem
 from shellref.elastica.system import System
 
@@ -34,6 +35,8 @@ from shellref.elastica.system import System
 STEPS, HALVINGS, TURN = 300, 12, 0.5
 #: Gap (l) up to which a joint has its row.
 REACH = 0.04
+#: Depth (l) from which a place between joints has its row, and rounds of that.
+SAG, BETWEEN = 2e-7, 6
 #: What is left (D w / l) from which Newton's steps are tried with what pushes held.
 NEAR = 1e-3
 #: Gap, and push times gap, that is left where it is found.
@@ -53,14 +56,30 @@ class Lying:
     steps: int
     found: bool
 
+    def rows(self, problem: ElasticaProblem) -> tuple[tuple[Row, ...], Array]:
+        """What pushes, each place held, and the pushes (k,)."""
+        stations, held = self.gaps.stations, np.flatnonzero(self.pushes > 0.0)
+        rows: list[Row] = []
+        for k in held:
+            s, foot, barrier = float(stations.s[k]), float(stations.foot[k]), int(stations.barrier[k])
+            if barrier < 0:
+                rows.append(Pair(s, foot, float(stations.side[k]), problem.apart or 0.0, True))
+            else:
+                rows.append(Beside(s, problem.barriers[barrier], barrier, True))
+        return tuple(rows), self.pushes[held]
+
 
 class Layers:
-    """One discretisation of one problem, clear of itself where it begins."""
+    """One discretisation of the problem at t of its way; what it begins from has no part on the wrong side of another.
 
-    def __init__(self, system: System, degree: int, tolerance: float) -> None:
-        self.system, self.degree, self.tolerance = system, degree, tolerance
-        self.problem: ElasticaProblem = system.way.last
+    degree: of the elements; tolerance: of what is left, D w / l.
+    """
+
+    def __init__(self, system: System, degree: int, tolerance: float, t: float = 1.0) -> None:
+        self.system, self.degree, self.tolerance, self.t = system, degree, tolerance, t
+        self.problem: ElasticaProblem = system.way.at(t)
         self._nodes, self._free = system.discrete.nodes, system.discrete.free
+        self._places = self._nodes  # joints, and what is put between them
         self._mass = system.discrete.mass.toarray()
 
     @property
@@ -71,23 +90,53 @@ class Layers:
         """Gaps at z of all joints within reach, or of stations, where they have gone."""
         moving = Moving(self.system.discrete, self.degree, z[: self.system.count])
         if stations is None:
-            stations = beside(moving, self._nodes, self.problem.apart, self._barriers, REACH)
+            stations = beside(moving, self._places, self._nodes, self.problem.apart, self._barriers, REACH)
         else:
             stations = slid(moving, stations)[0]
         return Gaps(moving, stations, self.problem.apart or 0.0, self._barriers)
 
     def settle(self, z: Array, pushes: dict[tuple[int, int, int], float] | None = None) -> Lying:
-        """The equilibrium downhill of z (N + m,)."""
-        z, known = z.copy(), dict(pushes or {})
-        z[self.system.discrete.given] = self.system.discrete.angles
+        """The equilibrium downhill of z (N + m,), with more places where it is too near between joints."""
+        state = self._settled(z, dict(pushes or {}))
+        for _ in range(BETWEEN):
+            more = self._sags(state.z) if state.found else np.zeros(0)
+            if not len(more) or clock.spent():
+                break
+            self._places = np.union1d(self._places, more)
+            known = dict(zip(state.gaps.stations.keys, state.pushes.tolist(), strict=True))
+            again = self._settled(state.z, known)
+            if not again.found:
+                break
+            state = replace(again, steps=again.steps + state.steps)
+        return state
+
+    def _sags(self, z: Array) -> Array:
+        """Places (k,) between those that have rows, the deepest of each stretch that is too near."""
+        moving = Moving(self.system.discrete, self.degree, z[: self.system.count])
+        inner = (self._places[:-1, None] + np.diff(self._places)[:, None] * np.arange(1, 8) / 8.0).ravel()
+        every = np.union1d(self._places[[0, -1]], inner)
+        near = beside(moving, every, self._nodes, self.problem.apart, self._barriers, 1e-3)
+        gap = openings(moving, near, self.problem.apart or 0.0, self._barriers)
+        cell = np.searchsorted(self._places, near.s)
+        found: list[float] = []
+        for one in np.unique(cell[gap < -SAG]):
+            own = np.flatnonzero((cell == one) & (gap < -SAG))
+            found.append(float(near.s[own[np.argmin(gap[own])]]))
+        return np.array(found)
+
+    def _settled(self, z: Array, known: dict[tuple[int, int, int], float]) -> Lying:
+        z = z.copy()
+        given = [angle for angle in (self.problem.start_angle, self.problem.end_angle) if angle is not None]
+        z[self.system.discrete.given] = given
         gaps = self.gaps(z)
         for count in range(STEPS + 1):
             own = np.array([known.get(key, 0.0) for key in gaps.stations.keys])
             left = self._left(z, gaps, own)
             found = left <= self.tolerance and self._closed(gaps, own)
+            kept = bool(gaps.gap[own == 0.0].min(initial=0.0) >= -CLOSED)
             if found or count == STEPS or clock.spent():
                 break
-            moved = (self._newton(z, gaps, own) if left < NEAR else None) or self._step(z, gaps, own)
+            moved = (self._newton(z, gaps, own) if left < NEAR and kept else None) or self._step(z, gaps, own)
             if moved is None:
                 break
             z, known = moved
@@ -100,7 +149,7 @@ class Layers:
         return bool(open_by.max(initial=0.0) <= CLOSED and pushes.min(initial=0.0) >= 0.0)
 
     def _left(self, z: Array, gaps: Gaps, pushes: Array) -> float:
-        residual = self.system.residual(z, 1.0)
+        residual = self.system.residual(z, self.t)
         residual[self._free] -= gaps.slope[:, self._free].T @ pushes
         return self.system.norm(residual)
 
@@ -129,9 +178,9 @@ class Layers:
         free, count = self._free, self.system.count
         held = np.flatnonzero(pushes > 0.0)
         rows = np.vstack([self.system.holding(z)[:, free], gaps.slope[np.ix_(held, free)]])
-        hessian = self.system.discrete.tangent(z[:count], self.system.loads(z, 1.0)).toarray()
+        hessian = self.system.discrete.tangent(z[:count], self.system.loads(z, self.t)).toarray()
         hessian -= gaps.bent(pushes)[np.ix_(free, free)]
-        residual = self.system.residual(z, 1.0)
+        residual = self.system.residual(z, self.t)
         residual[free] -= gaps.slope[:, free].T @ pushes
         matrix = np.block([[hessian, -rows.T], [rows, np.zeros((len(rows), len(rows)))]])
         step = np.linalg.solve(matrix, -np.concatenate([residual[free], residual[count:], gaps.gap[held]]))
@@ -150,10 +199,10 @@ class Layers:
         """dE (F,), the support's force apart."""
         alone = z.copy()
         alone[self.system.count :] = 0.0
-        return self.system.residual(alone, 1.0)[self._free]
+        return self.system.residual(alone, self.t)[self._free]
 
     def _misfit(self, z: Array) -> float:
-        return float(np.abs(self.system.residual(z, 1.0)[self.system.count :]).sum())
+        return float(np.abs(self.system.residual(z, self.t)[self.system.count :]).sum())
 
     def _merit(self, z: Array, gaps: Gaps, penalty: float) -> float:
         energy = sum(self.system.discrete.energies(z[: self.system.count], self.problem))
@@ -177,10 +226,10 @@ class Layers:
     def _quadratic(self, z: Array, gaps: Gaps, pushes: Array) -> tuple[Array, Array, Array]:
         """Step (F,), pushes (k,) and the support's force (m,) of the quadratic problem."""
         free, count = self._free, self.system.count
-        hessian = self.system.discrete.tangent(z[:count], self.system.loads(z, 1.0)).toarray()
+        hessian = self.system.discrete.tangent(z[:count], self.system.loads(z, self.t)).toarray()
         hessian -= gaps.bent(pushes)[np.ix_(free, free)]
         slope, rows = self._slope(z), self.system.holding(z)[:, free]
-        missed = self.system.residual(z, 1.0)[count:]
+        missed = self.system.residual(z, self.t)[count:]
         hessian += HOLDING * rows.T @ rows
         slope = slope + HOLDING * rows.T @ missed
         held = np.flatnonzero(pushes > 0.0)
@@ -212,7 +261,7 @@ class Layers:
     def eigenvalue(self, state: Lying) -> float:
         """Lowest eigenvalue of the tangent on what keeps the end and what pushes, against int v^2."""
         free, count = self._free, self.system.count
-        hessian = self.system.discrete.tangent(state.z[:count], self.system.loads(state.z, 1.0)).toarray()
+        hessian = self.system.discrete.tangent(state.z[:count], self.system.loads(state.z, self.t)).toarray()
         hessian -= state.gaps.bent(state.pushes)[np.ix_(free, free)]
         held = [self.system.holding(state.z)[:, free], state.gaps.slope[np.ix_(np.flatnonzero(state.pushes > 0), free)]]
         rows = np.vstack(held)

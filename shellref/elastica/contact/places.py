@@ -123,8 +123,8 @@ class Moving:
         pull = self._weights * (behind[:, :1] * self._cos + behind[:, 1:] * self._sin)
         blocks = -np.einsum("eg,ig,jg->eij", pull, self._phi, self._phi)
         inner, weights, cos, sin = self._before(s, cell)
-        np.add.at(blocks, cell, -np.einsum("pg,ipg,jpg->pij", weights * (force[:, :1] * cos + force[:, 1:] * sin), inner,
-                                           inner))  # fmt: skip
+        carried = weights * (force[:, :1] * cos + force[:, 1:] * sin)
+        np.add.at(blocks, cell, -np.einsum("pg,ipg,jpg->pij", carried, inner, inner))
         found = np.zeros((size, size))
         rows = self._dofs.T
         np.add.at(found, (rows[:, :, None], rows[:, None, :]), blocks)

@@ -40,7 +40,8 @@ _LOOKS, _INTO = 40, 5e-3
 
 @dataclass(frozen=True)
 class Touching:
-    """z (N + m,) at t, what touches there with the pushes (k,) in D w / l^2; norm of what is left, iterations."""
+    """z (N + m,) at t, what touches there with the pushes (k,) in D w / l^2; norm of what is left, iterations; the
+    lowest eigenvalue where it is known already."""
 
     t: float
     z: Array
@@ -48,6 +49,7 @@ class Touching:
     pushes: Array
     norm: float
     iterations: int
+    lowest: float | None = None
 
 
 class Contact:

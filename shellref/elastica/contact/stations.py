@@ -34,37 +34,38 @@ _STEPS, _FOUND, _STRIDE = 30, 1e-13, 0.02
 
 @dataclass(frozen=True)
 class Stations:
-    """Places s (k,), what they are of (number: joint), the feet (k,), sides (k,) and barriers (k,) (-1: the strip)."""
+    """Places s (k,), their feet (k,), sides (k,) and barriers (k,) (-1: the strip itself)."""
 
     s: Array
-    joint: Array
     foot: Array
     side: Array
     barrier: Array
 
     @property
     def keys(self) -> list[tuple[int, int, int]]:
-        """What tells one from another: joint, side, barrier."""
-        return [(int(j), int(e), int(b)) for j, e, b in zip(self.joint, self.side, self.barrier, strict=True)]
+        """What tells one from another: place, side, barrier."""
+        return [(round(s * 1e12), int(e), int(b)) for s, e, b in zip(self.s, self.side, self.barrier, strict=True)]
 
     def of(self, chosen: Array) -> Stations:
         """Some of them."""
-        return Stations(*(part[chosen] for part in (self.s, self.joint, self.foot, self.side, self.barrier)))
+        return Stations(*(part[chosen] for part in (self.s, self.foot, self.side, self.barrier)))
 
     def at(self, foot: Array) -> Stations:
         """With other feet."""
-        return Stations(self.s, self.joint, foot, self.side, self.barrier)
+        return Stations(self.s, foot, self.side, self.barrier)
 
 
-def beside(moving: Moving, nodes: Array, apart: float | None, barriers: Sequence[Barrier], reach: float) -> Stations:
-    """The joints whose gap to a barrier is below reach (l), and of each the nearest places of the strip on both sides
-    that it faces: those farther along, of both ends any."""
-    last = len(nodes) - 1
-    theta, _, r = moving.shape(nodes)
-    found: list[tuple[float, int, float, float, int]] = []
+def beside(
+    moving: Moving, places: Array, nodes: Array, apart: float | None, barriers: Sequence[Barrier], reach: float
+) -> Stations:
+    """The places (k,) whose gap to a barrier is below reach (l), and of each the nearest places of the strip on both
+    sides that it faces: those farther along, of both ends any."""
+    last = len(places) - 1
+    theta, _, r = moving.shape(places)
+    found: list[tuple[float, float, float, int]] = []
     for number, barrier in enumerate(barriers):
         near = np.flatnonzero(barrier.gaps(r) < reach)
-        found += [(float(nodes[i]), int(i), 0.0, 1.0, number) for i in near]
+        found += [(float(places[i]), 0.0, 1.0, number) for i in near]
     if apart is not None:
         s = np.append((nodes[:-1, None] + np.diff(nodes)[:, None] * np.arange(SAMPLES) / SAMPLES).ravel(), 1.0)
         angle, _, place = moving.shape(s)
@@ -79,14 +80,14 @@ def beside(moving: Moving, nodes: Array, apart: float | None, barriers: Sequence
         turn = np.abs((1.0 - share) * angle[j] + share * angle[j + 1] - theta[i])
         end = (i == 0) | (i == last)
         near = (np.abs(eta) < apart + reach) & ((turn > FACING) | (end & (turn > 0.5 * math.pi)))
-        near &= (foot > nodes[i]) | end
+        near &= (foot > places[i]) | end
         for side in (1.0, -1.0):
             own = np.flatnonzero(near & (np.sign(eta) == side))
             own = own[np.lexsort((np.abs(eta[own]), i[own]))]
             first = own[np.unique(i[own], return_index=True)[1]]
-            found += [(float(nodes[i[k]]), int(i[k]), float(foot[k]), side, -1) for k in first]
-    parts = [np.array(part) for part in zip(*found, strict=True)] if found else [np.zeros(0)] * 5
-    stations = Stations(parts[0], parts[1].astype(int), parts[2], parts[3], parts[4].astype(int))
+            found += [(float(places[i[k]]), float(foot[k]), side, -1) for k in first]
+    parts = [np.array(part) for part in zip(*found, strict=True)] if found else [np.zeros(0)] * 4
+    stations = Stations(parts[0], parts[1], parts[2], parts[3].astype(int))
     return slid(moving, stations)[0]
 
 
@@ -114,6 +115,18 @@ def slid(moving: Moving, stations: Stations) -> tuple[Stations, Array]:
     feet = stations.foot.copy()
     feet[pairs] = foot
     return stations.at(feet).of(every), every
+
+
+def openings(moving: Moving, stations: Stations, apart: float, barriers: Sequence[Barrier]) -> Array:
+    """Gaps (k,) of stations that have slid, alone."""
+    r = moving.shape(stations.s)[2]
+    theta, _, foot = moving.shape(stations.foot)
+    apart_by = r - foot
+    found = stations.side * (np.cos(theta) * apart_by[:, 1] - np.sin(theta) * apart_by[:, 0]) - apart
+    for number, barrier in enumerate(barriers):
+        own = stations.barrier == number
+        found[own] = barrier.gaps(r[own])
+    return np.asarray(found)
 
 
 class Gaps:

@@ -6,6 +6,7 @@ method, from what touches at one on to the next.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,6 +14,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from ribbonbench import clock
+from shellref.elastica.contact.layers import Layers
 from shellref.elastica.contact.rows import Beside, Pair
 from shellref.elastica.contact.solve import Contact, Touching
 from shellref.elastica.fem import Array, stability
@@ -54,11 +57,14 @@ def along(
         system = System(joints, degree, LoadPath(first, last))
         contact = Contact(system, degree, tolerance)
         z = natural_state(system) if z is None else z
-        here = contact.settle(z, 0.0, None, () if here is None else here.rows)
+        many = _coiled(contact, z)
+        here = None if many else contact.settle(z, 0.0, None, () if here is None else here.rows)
+        here, taken = (None, 0) if here is None else contact.walk(here)
+        if here is None or here.t < 1.0:
+            here, taken = _downhill(contact, z if here is None else here.z, here, taken)
         if here is None:
             lost = Touching(0.0, z, (), np.zeros(0), float("nan"), 0)
             return _result(last, degree, contact, lost, steps, began)
-        here, taken = contact.walk(here)
         steps, iterations, z = steps + taken, iterations + here.iterations, here.z
         result = _result(last, degree, contact, replace(here, iterations=iterations), steps, began)
         if here.t < 1.0:
@@ -68,6 +74,33 @@ def along(
     return _result(problems[-1], degree, contact, fitted, steps, began)
 
 
+def _coiled(contact: Contact, z: Array) -> bool:
+    """Whether a strip of some thickness turns by more than a whole turn: layers upon layers."""
+    system = contact.system
+    turned = system.discrete.angle(z[: system.count], np.array([0.0, 1.0]))
+    return bool(system.way.last.apart) and abs(float(turned[1] - turned[0])) > 2.0 * math.pi
+
+
+def _downhill(contact: Contact, z: Array, here: Touching | None, taken: int) -> tuple[Touching | None, int]:
+    """The end of a way from z, downhill in steps of the problem (`shellref.elastica.contact.layers`), as few as it may
+    be; where none is found what there was. Without a thickness nothing tells sides there, and nothing is tried."""
+    system, t, step = contact.system, 0.0 if here is None else here.t, 1.0
+    if not system.way.last.apart and not system.way.last.barriers:
+        return here, taken
+    while t < 1.0 and step > LEAST and not clock.spent():
+        ahead = min(1.0, t + step)
+        layers = Layers(system, contact.degree, contact.tolerance, ahead)
+        found = layers.settle(z)
+        if not found.found:
+            step *= 0.25
+            continue
+        z, t, taken = found.z, ahead, taken + 1
+        here = Touching(t, z, *found.rows(layers.problem), found.norm, found.steps, layers.eigenvalue(found))
+    return here, taken
+
+
+#: Least part of a way that is gone downhill.
+LEAST = 1.0 / 300.0
 #: How often elements are put to where the strip touches, and how far (l) these places may still move.
 FITS, FITTED = 6, 1e-10
 
@@ -146,7 +179,7 @@ def _result(
 ) -> ElasticaResult:
     system = contact.system
     lost = not np.isfinite(state.norm)
-    values = np.array([np.nan]) if lost else contact.eigenvalues(state)
+    values = np.array([np.nan]) if lost else contact.eigenvalues(state) if state.lowest is None else [state.lowest]
     rounding = system.rounding(state.z, state.t)
     stable = None if lost else stability(float(values[0]), rounding)
     status, message = _verdict(state, stable, float(values[0]), rounding)
