@@ -78,6 +78,7 @@ NAMES = (
     "clamp_limit",
     "elastica_order",
     "self_contact_planar",
+    "layers",
     "joined_strips",
     "daisy",
     "cantilever",

@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.linalg
 import scipy.optimize
+from numpy.typing import NDArray
 
 from ribbonbench import clock
 from shellref.elastica.contact.barrier import Barrier
@@ -286,7 +287,7 @@ def _positive(hessian: Array, held: Array, mass: Array, shift: float) -> tuple[t
             raise np.linalg.LinAlgError("not to be made positive")
 
 
-def complementary(matrix: Array, gap: Array, guess: Array) -> Array:
+def complementary(matrix: Array, gap: Array, guess: NDArray[np.bool_]) -> Array:
     """lambda >= 0 with gap + matrix lambda >= 0, their product zero; guess (k,): what may push.
 
     By sets that are exchanged as a whole (M. Hintermueller, K. Ito, K. Kunisch 2003) while that settles in a few
@@ -312,7 +313,7 @@ def complementary(matrix: Array, gap: Array, guess: Array) -> Array:
     return polished if polished.min() >= 0.0 else found
 
 
-def _on(matrix: Array, gap: Array, active: Array) -> Array:
+def _on(matrix: Array, gap: Array, active: NDArray[np.bool_]) -> Array:
     """lambda (k,) with the gaps of a set closed, zero elsewhere."""
     found = np.zeros(len(gap))
     k = np.flatnonzero(active)

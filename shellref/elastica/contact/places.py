@@ -118,13 +118,13 @@ class Moving:
         """sum_k <force_k, d^2 r(s_k)>, shape (N, N), of forces (k, 2) at s (k,)."""
         cell, size = self.cells(s), len(self._c)
         behind = np.zeros((len(self._length), 2))
-        np.add.at(behind, cell, force)
+        np.add.at(behind, cell.astype(np.int64), force)
         behind = np.cumsum(behind[::-1], axis=0)[::-1] - behind  # all that acts beyond each element
         pull = self._weights * (behind[:, :1] * self._cos + behind[:, 1:] * self._sin)
         blocks = -np.einsum("eg,ig,jg->eij", pull, self._phi, self._phi)
         inner, weights, cos, sin = self._before(s, cell)
         carried = weights * (force[:, :1] * cos + force[:, 1:] * sin)
-        np.add.at(blocks, cell, -np.einsum("pg,ipg,jpg->pij", carried, inner, inner))
+        np.add.at(blocks, cell.astype(np.int64), -np.einsum("pg,ipg,jpg->pij", carried, inner, inner))
         found = np.zeros((size, size))
         rows = self._dofs.T
         np.add.at(found, (rows[:, :, None], rows[:, None, :]), blocks)
