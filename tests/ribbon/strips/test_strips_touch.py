@@ -86,8 +86,8 @@ def test_places_are_told_on_strips_of_other_segments():
     found = strips.solve(few[::-1], (), UP, "kirchhoff", APART)
     assert found.ok
     (one,) = found.touching
-    for at, (strip, s, v) in zip((one.at, one.at_other), zip(found.strips, (one.s, one.s_other),
-                                                             (one.v, one.v_other), strict=True), strict=True):  # fmt: skip
+    feet = (one.at, one.s, one.v), (one.at_other, one.s_other, one.v_other)
+    for strip, (at, s, v) in zip(found.strips, feet, strict=True):
         assert strip.position([s])[0] + v * strip.frame([s])[0, :, 0] == pytest.approx(at, abs=1e-8)
 
 
