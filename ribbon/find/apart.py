@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from ribbon.find import relax
 from ribbon.find.solving.request import Progress
 from ribbon.judge import nearness, strands
+from ribbon.problems.itself import over
 from ribbon.problems.itself.pairs import Pair
 from ribbon.problems.mixed import MixedProblem
 from ribbon.result import Equilibrium
@@ -48,6 +49,8 @@ _BAND = 0.25
 _NEAREST = 2e-2
 #: How far a place of strands in contact may go in a step, over the distance to be kept.
 TRAVEL = 0.25
+#: Times that places go over to the segments that they are in.
+_GONE = 4
 #: Iterations of Newton's method beside an equilibrium, and without its multipliers.
 _WARM, _COLD = 60, 150
 
@@ -77,7 +80,33 @@ def kept(
         minimum = replace(again, iterations=again.iterations + spent_on[0], seconds=again.seconds + spent_on[1])
         fresh.counters.add(problem.counters)
         problem = fresh
-    return let_go(*best)
+    return _once(*let_go(*best), options, progress)
+
+
+def _once(
+    problem: MixedProblem, minimum: Minimum, options: dict[str, Any] | None, progress: Progress | None
+) -> tuple[MixedProblem, Minimum]:
+    """The equilibrium with one row for each place, on the segment that it is in; as it is where none is found so."""
+    first = problem, minimum
+    for _ in range(_GONE):
+        push = _pushes(problem, minimum)
+        gone = over.gone_over(problem.pair_rows(), minimum.x, push, problem.joined) if problem.pairs else None
+        if gone is None:
+            return problem, minimum
+        fresh = problem.with_changes(pairs=tuple(pair.ordered() for pair in gone[0]))
+        rows = rows_of(problem, fresh, minimum)
+        rows[fresh.block_slices()["pairs"]] = -gone[1]
+        again = choose.minimise(
+            fresh, minimum.x, {"max_iter": _WARM, **(options or {})}, progress, (rows, minimum.multipliers)
+        )
+        if again.residual > RESIDUAL_TOLERANCE or _too_deep(fresh, again, nearness.TOLERANCE):
+            return first
+        fresh.counters.add(problem.counters)
+        minimum = replace(
+            again, iterations=again.iterations + minimum.iterations, seconds=again.seconds + minimum.seconds
+        )
+        problem = fresh
+    return problem, minimum
 
 
 def _strands_kept(

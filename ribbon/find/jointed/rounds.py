@@ -129,7 +129,7 @@ def _found(problem: MixedProblem, old: Jointed) -> tuple[Jointed, Minimum] | Non
     options: dict[str, Any] = {"max_iter": _MOST, "travel": apart.TRAVEL * fresh.apart}
     if fresh.pairs:
         options["sliding"] = newton_rows.SLIDING
-    minimum = newton_rows.minimise(fresh, x, options, None, _warm(was, old, fresh, x))
+    minimum = newton_rows.minimise(fresh, x, options, None, warm(was, old.state, fresh, x, old.length))
     if not minimum.residual <= RESIDUAL_TOLERANCE:
         minimum = newton_rows.minimise(fresh, x, options)
     if not minimum.residual <= RESIDUAL_TOLERANCE:
@@ -146,10 +146,12 @@ def is_ring(problem: MixedProblem) -> bool:
     return bool(np.allclose(start.position, end.position, atol=1e-12))
 
 
-def _warm(was: MixedProblem, old: Jointed, fresh: MixedProblem, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Multipliers of the rows: of pairs what pushed there (per length on lines), of what holds the ends the same, of
-    the glue from balance."""
-    state = old.state
+def warm(
+    was: MixedProblem, state: Equilibrium, fresh: MixedProblem, x: FloatArray, length: float
+) -> tuple[FloatArray, FloatArray]:
+    """Multipliers of the rows of `fresh` at its unknowns x (n,), and of its bounds, from a state of `was`: of pairs
+    what pushed there (per length on lines), of what holds the ends the same, of the glue from balance. length: about
+    that (l) of segments."""
     rows = np.zeros(fresh.row_count)
     here, there = fresh.block_slices(), was.block_slices()
     for name, where in there.items():
@@ -157,7 +159,7 @@ def _warm(was: MixedProblem, old: Jointed, fresh: MixedProblem, x: FloatArray) -
             rows[here[name]] = state.rows[where]
     if fresh.pairs and was.pairs:
         push = -state.rows[there["pairs"]]
-        rows[here["pairs"]] = -_shared(was.pairs, push, fresh.pairs, old.length)
+        rows[here["pairs"]] = -_shared(was.pairs, push, fresh.pairs, length)
     glue = kernels.ROWS * fresh.lengths.size
     row, column = fresh.jacobian_structure()
     jacobian = fresh.jacobian(x)

@@ -15,6 +15,7 @@ import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from ribbon.judge import nearness
+from ribbon.problems.itself import over
 from ribbon.problems.itself.pairs import Pair
 from ribbon.problems.strips.between import BetweenRows, Touching
 from ribbon.problems.strips.joint import End
@@ -337,7 +338,39 @@ def kept(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimum
             break
         point = replace(again, iterations=again.iterations + point.iterations, seconds=again.seconds + point.seconds)
         problem = fresh
-    return (*_let_go(*best), least)
+    return (*_once(*_let_go(*best)), least)
+
+
+def _once(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimum]:
+    """The equilibrium with one row for each place, on the segment that it is in; as it is where none is found so."""
+    first = problem, point
+    for _ in range(_PASSED):
+        touching, pushes, changed = [], [], False
+        for name, where in problem.block_slices().items():
+            block = problem.blocks()[name]
+            if not isinstance(block, BetweenRows):
+                continue
+            one, other = (int(word) for word in name.split("_")[1:])
+            gone = over.gone_over(block, point.x, -point.rows[where], ring=False)
+            changed |= gone is not None
+            pairs, push = gone or (block.pairs, -point.rows[where])
+            touching += [Touching(one, other, pair) for pair in pairs]
+            pushes.append(push)
+        if not changed:
+            return problem, point
+        fresh = problem.with_changes(touching=tuple(touching))
+        rows = rows_of(problem, fresh, point)
+        slices = [
+            where for name, where in fresh.block_slices().items() if isinstance(fresh.blocks()[name], BetweenRows)
+        ]
+        for where, push in zip(slices, pushes, strict=True):
+            rows[where] = -push
+        again = newton_rows.minimise(fresh, point.x, {"max_iter": _WARM}, None, (rows, point.multipliers))
+        if again.residual > RESIDUAL_TOLERANCE or minima(fresh, again.x, -TOLERANCE):
+            return first
+        point = replace(again, iterations=again.iterations + point.iterations, seconds=again.seconds + point.seconds)
+        problem = fresh
+    return problem, point
 
 
 def _let_go(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimum]:

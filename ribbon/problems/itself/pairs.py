@@ -140,11 +140,21 @@ class PairRows:
         return np.concatenate([[0.0], np.cumsum(self.lengths)])
 
     @cached_property
+    def _from(self) -> FloatArray:
+        """Abscissae (k, 2) of the joints before both places."""
+        return np.asarray(self._starts[self.segments.T])
+
+    @cached_property
+    def long(self) -> FloatArray:
+        """Lengths (k, 2) of both places' segments."""
+        return np.asarray(self.lengths[self.segments.T])
+
+    @cached_property
     def _begin(self) -> FloatArray:
         """t (k, 4) from which the search begins."""
         s = np.array([[pair.s, pair.s_other] for pair in self.pairs])
         u = np.array([[pair.u, pair.u_other] for pair in self.pairs])
-        h = s - self._starts[self.segments.T]
+        h = s - self._from
         return np.stack([h[:, 0], u[:, 0], h[:, 1], u[:, 1]], axis=1)
 
     @cached_property
@@ -304,8 +314,9 @@ class PairRows:
 
     def _wild(self, x: FloatArray) -> bool:
         """Whether a place's segment bends or twists by more than `_TURNS`, or is not finite."""
-        h = self.lengths[self.segments]
-        omega, eta, slope, other, *sideways = np.moveaxis(np.abs(x[self._columns[:, :, 7:]]), 2, 0)
+        h = self.long
+        bends = self._all.reshape(self.count, 2, self._own)[:, :, 7:]
+        omega, eta, slope, other, *sideways = np.moveaxis(np.abs(x[bends]), 2, 0)
         bend, twist = omega + other, eta + slope * h
         turn = bend + twist + sum(sideways) if self.free else bend * (1.0 + twist)
         return not float((turn * h).max(initial=0.0)) < _TURNS
@@ -313,14 +324,18 @@ class PairRows:
     def places(self, x: FloatArray) -> FloatArray:
         """(s, u, s_other, u_other) (k, 4) of the nearest places, within their segments."""
         t = self._at(x)["t"].copy()
-        for side in range(2):
-            own = self.lengths[self.segments[side]]
-            t[:, 2 * side] = self._starts[self.segments[side]] + np.clip(t[:, 2 * side], 0.0, own)
+        t[:, ::2] = self._from + np.clip(t[:, ::2], 0.0, self.long)
         return np.asarray(t)
 
     def free_places(self, x: FloatArray) -> FloatArray:
         """(s, s_other) (k, 2) of the nearest places, beyond their segments too, as far as the search goes."""
-        return np.asarray(self._at(x)["t"][:, ::2] + self._starts[self.segments.T])
+        return np.asarray(self._at(x)["t"][:, ::2] + self._from)
+
+    def past(self, x: FloatArray) -> FloatArray:
+        """How far (k, 2) the places are beyond their segments, l: below 0 before the joint where one begins, above
+        behind the one where it ends, 0 within."""
+        t = self._at(x)["t"][:, ::2]
+        return np.asarray(t - np.clip(t, 0.0, self.long))
 
     def gaps(self, x: FloatArray) -> FloatArray:
         """By how much (k,) the places are farther from each other than `distance`, l."""
@@ -346,7 +361,7 @@ class PairRows:
 
     def beyond(self, x: FloatArray) -> IntArray:
         """On which side (k, 2) of its segment the nearest place would lie further: -1, 1, or 0 where it is inside."""
-        t, own = self._at(x)["t"][:, ::2], self.lengths[self.segments.T]
+        t, own = self._at(x)["t"][:, ::2], self.long
         low, high = (bound[:, ::2] for bound in self._room)
         low, high = np.maximum(low, -BEYOND * own), np.minimum(high, (1.0 + BEYOND) * own)
         return (t >= high).astype(np.int64) - (t <= low).astype(np.int64)

@@ -66,13 +66,12 @@ class BetweenRows(PairRows):
         )  # fmt: skip
 
     @cached_property
-    def _begin(self) -> FloatArray:
-        h = [
-            np.array([pair[2 * side] for pair in self.pairs]) - own._starts[own.segments[0]]
-            for side, own in enumerate(self.sides)
-        ]
-        u = np.array([[pair.u, pair.u_other] for pair in self.pairs])
-        return np.stack([h[0], u[:, 0], h[1], u[:, 1]], axis=1)
+    def _from(self) -> FloatArray:
+        return np.stack([own._starts[own.segments[0]] for own in self.sides], axis=1)
+
+    @cached_property
+    def long(self) -> FloatArray:
+        return np.stack([own.lengths[own.segments[0]] for own in self.sides], axis=1)
 
     @cached_property
     def _room(self) -> tuple[FloatArray, FloatArray]:
@@ -90,14 +89,6 @@ class BetweenRows(PairRows):
         of = self.of[side]
         own = np.ascontiguousarray(x[of.first : of.first + of.part.size])
         return Side(*(of.over * each for each in self.sides[side]._side(own, 0, t, second)))
-
-    def places(self, x: FloatArray) -> FloatArray:
-        """(s, u, s_other, u_other) (k, 4) of the nearest places, within their segments, over each strip's length."""
-        t = self._at(x)["t"].copy()
-        for side, own in enumerate(self.sides):
-            length = own.lengths[own.segments[0]]
-            t[:, 2 * side] = own._starts[own.segments[0]] + np.clip(t[:, 2 * side], 0.0, length)
-        return np.asarray(t)
 
     @cached_property
     def _all(self) -> IntArray:

@@ -58,6 +58,39 @@ def test_cantilevers_that_cross_share_the_force_as_beams_do(cut):
     assert found.depth <= touch.TOLERANCE
 
 
+@pytest.mark.parametrize("crossing", [0.327, 0.3274])
+def test_a_place_beside_a_joint_has_one_row_on_its_segment(crossing):
+    """Rows on both sides of it hold the same place, one of them on the element continued."""
+    members = cantilevers(0.8, 0.01, 3.0, 10)
+    members[0] = replace(members[0], start=replace(members[0].start, position=(-crossing, 0.0, 0.0)))
+    found = strips.solve(members, (), UP, "kirchhoff", APART)
+    assert found.ok
+    rows = found.problem.between(0, 1)
+    assert rows.places(found.x)[0, 0] == pytest.approx(0.3, abs=1e-3)
+    assert rows.count == 1
+    assert np.abs(rows.past(found.x)).max() < 1e-7
+    (one,) = found.touching
+    told = [
+        strip.position([s])[0] + v * strip.frame([s])[0, :, 0]
+        for strip, s, v in zip(found.strips, (one.s, one.s_other), (one.v, one.v_other), strict=True)
+    ]
+    apart = told[0] - told[1]
+    assert np.cross(one.force, apart) == pytest.approx(np.zeros(3), abs=1e-7 * np.linalg.norm(one.force))
+    assert np.linalg.norm(apart) == pytest.approx(APART, abs=1e-8)
+
+
+def test_places_are_told_on_strips_of_other_segments():
+    """Each place by the segments of its own strip: ten of one and three of the other."""
+    members = cantilevers(0.8, 0.01, 3.0, 10)
+    few = [members[0], replace(members[1], segments=3)]
+    found = strips.solve(few[::-1], (), UP, "kirchhoff", APART)
+    assert found.ok
+    (one,) = found.touching
+    feet = (one.at, one.s, one.v), (one.at_other, one.s_other, one.v_other)
+    for strip, (at, s, v) in zip(found.strips, feet, strict=True):
+        assert strip.position([s])[0] + v * strip.frame([s])[0, :, 0] == pytest.approx(at, abs=1e-8)
+
+
 def test_cantilevers_that_face_each_other_press_as_two_elasticas():
     over, gap, weight = 0.85, 0.005, 3.0
     found = strips.solve(cantilevers(over, gap, weight, 8, opposite=True), (), UP, "kirchhoff", APART)

@@ -28,6 +28,7 @@ from compare.measure.mesh_limit import Settled, settled
 from ribbon import Clamp, Equilibrium
 from ribbon.energies.section.rod import stiffnesses
 from ribbon.find.continuation import anchored, follow
+from ribbon.find.jointed.flat import Placed, halved, placed
 from ribbon.find.snap import landed
 from ribbon.find.solve import build
 from ribbon.find.solving.request import How
@@ -202,15 +203,14 @@ def _on(old: Equilibrium, way, steps: float) -> Equilibrium:
 
 
 @cache
-def finer(case: Case, times: int) -> Equilibrium:
-    """The strip at the first of NEARER on segments halved so often, downhill of what it is on fewer."""
+def finer(case: Case, times: int) -> Placed | None:
+    """The strip at the first of NEARER on segments that end where it touches itself, halved so often."""
+    problem = turned_problem(case, NEARER[0], TURNS)
     if not times:
-        return nearer(case, 1)
+        begin = nearer(case, 1)
+        return placed(problem, Placed(begin, 1.0 / SEGMENTS)) if begin.ok else None
     old = finer(case, times - 1)
-    assert isinstance(old.problem, MixedProblem)
-    fine = anchored(turned_problem(case, NEARER[0], TURNS, SEGMENTS * 2**times), old)
-    assert isinstance(fine, MixedProblem)
-    return landed(fine, transferred(old.problem, old.x, fine), How())
+    return None if old is None else halved(problem, old)
 
 
 #: What is compared over segments halved twice: heading, unit.
@@ -223,11 +223,12 @@ def over_meshes(case: Case) -> tuple[Settled, ...]:
     """Numbers of the loop at the first of NEARER over segments halved twice, as SETTLING has them."""
     rows = []
     for times in range(3):
-        state = finer(case, times)
-        ends = state.end_support
-        if not state.ok or ends is None:
+        found = finer(case, times)
+        ends = None if found is None else found.state.end_support
+        if found is None or ends is None:
             rows.append([np.nan] * len(SETTLING))
             continue
+        state = found.state
         (one,) = touches(state, case)
         rows.append([one.strands, one.normals, one.on[0], one.push, ends.force[2], ends.moment[2], state.energy.total])
     return tuple(settled(list(column)) for column in np.array(rows).T)
@@ -460,8 +461,7 @@ def _text(rows: list[list[str]], settling: list[list[str]]) -> tuple[str, ...]:
         f"brought nearer at {TURNS:g} turns, or turned further at Z = {DISTANCES[-1]:g}. Forces in D w / l^2, energies "
         "in D w / l, lengths in l, angles in degrees.",
         f"*Lowest eigenvalue*: on {BETWEEN[1][0]} to {BETWEEN[1][-1]} elements, so many that their joints are far from "
-        f"what touches, and its change from that on {BETWEEN[0][0]} to {BETWEEN[0][-1]} such. A place at a joint has a "
-        "row on either side, and is held from both: the rod at Z = "
+        f"what touches, and its change from that on {BETWEEN[0][0]} to {BETWEEN[0][-1]} such; the rod at Z = "
         f"{NEARER[-1]:g} on {SEGMENTS} elements has {nearer(ROD, len(NEARER)).lowest_eigenvalue:.4f} so.",
         "*Strands*: half the angle of the two strands where they touch, one of them reversed: in a ply their angle "
         "against its axis. *Long ply*: that of a long ply of a round rod under the same moment (Neukirch and Marko "
@@ -481,9 +481,9 @@ def _text(rows: list[list[str]], settling: list[list[str]]) -> tuple[str, ...]:
         "sections keep their place against its axis, and their twist, sin 2b / (4 pi r) turns per length, is what its "
         "writhe takes away (Fuller 1971; `tests/ribbon/find/test_ribbon_loop.py` winds one up). A round rod's roll "
         "there.",
-        f"## Over segments halved twice\n\nThe loop at Z = {NEARER[0]:g}, {TURNS:g} turns. Angles and forces change "
-        "little and irregularly, so that most do not settle: the place slides over joints, and there has a row on "
-        "either side.",
+        f"## Over segments halved twice\n\nThe loop at Z = {NEARER[0]:g}, {TURNS:g} turns. Segments end where it "
+        "touches and halve towards there, since curvature and twist jump under a force on an edge "
+        "(`ribbon.find.jointed.flat`); on equal segments angles and forces do not settle.",
         page.table(["strip", "what", "value", "error"], settling),
         "## On the way\n\nFrames of the strip of w/l = 0.02 as it snaps and is drawn in; dots: where it touches. The "
         "film: `ribbonbench solve results/ribbon_loop.toml --out film`, then `ribbonbench export film --format gltf` "
