@@ -176,8 +176,8 @@ class PairRows:
     # -- one place ----------------------------------------------------------------------------------------------------
 
     def _side(self, x: FloatArray, side: int, t: FloatArray, second: bool) -> Side:
-        """The places of one side at t (k, 2); second: with derivatives by the unknowns, first and second, which the search
-        for the nearest places does without."""
+        """The places of one side at t (k, 2); second: with first and second derivatives by the unknowns,
+        which the search for the nearest places does without."""
         k, count = self.count, 1 + self._parameters
         q = np.empty((k, self._parameters))
         for row, i in enumerate(self.segments[side]):
