@@ -179,7 +179,7 @@ def beside(scene: Scene, equilibrium: Equilibrium, ratio: float | None = None) -
     ratio: w/h, None: the scene's own thickness. None where the scene has no such strip.
 
     A curvature that has jumped through zero on the way may be held by its elements: then the scene's own seed is tried
-    too, and the lower one kept.
+    too, and the lower one kept; not where the seed is none (parts that are kept apart go through each other there).
     """
     from ribbon import solve
     from ribbon.errors import RibbonInputError
@@ -199,7 +199,10 @@ def beside(scene: Scene, equilibrium: Equilibrium, ratio: float | None = None) -
     if there.ok and inflections(there) <= inflections(equilibrium):
         return there
     keys = {"segments": equilibrium.problem.lengths, "formulation": _form(own), "leave_saddle": True}
-    again = solve(**{**ribbon_arguments(own), **keys})
+    try:
+        again = solve(**{**ribbon_arguments(own), **keys})
+    except RibbonInputError:  # at rest a curl goes through itself: there is no beginning but the other strip's shape
+        return there
     better = again.ok and not (there.ok and there.energy.total <= again.energy.total)
     return again if better else there
 

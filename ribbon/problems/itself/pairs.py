@@ -186,7 +186,8 @@ class PairRows:
     # -- one place ----------------------------------------------------------------------------------------------------
 
     def _side(self, x: FloatArray, side: int, t: FloatArray, second: bool) -> Side:
-        """The places of one side at t (k, 2); second: with second derivatives by the unknowns."""
+        """The places of one side at t (k, 2); second: with first and second derivatives by the unknowns,
+        which the search for the nearest places does without."""
         k, count = self.count, 1 + self._parameters
         q = np.empty((k, self._parameters))
         for row, i in enumerate(self.segments[side]):
@@ -196,11 +197,13 @@ class PairRows:
         walk(self.free, q, h, self.limit, states)
         frame = states[:, :9].reshape(k, 3, 3, self.components)  # rows, columns t_x t_y t_z, jets
         ruling = frame[:, :, 0].copy()
-        if not self.free:
+        if not self.free and second:
             ruling += _times(q[:, 3] + q[:, 2] * h, h, frame[:, :, 2])
+        elif not self.free:
+            ruling[:, :, 0] += (q[:, 3] + q[:, 2] * h)[:, None] * frame[:, :, 2, 0]
         y = states[:, 9:12] + u[:, None, None] * ruling
         along, bent, turned = self._derived(q, h, u, frame)
-        for row, i in enumerate(self.segments[side]):
+        for row, i in enumerate(self.segments[side] if second else ()):
             for r in range(3):
                 for jet in (y, ruling, along):
                     kernels.by_unknowns(jet[row, r], self.lengths[i])
@@ -212,12 +215,13 @@ class PairRows:
         tt = np.zeros((k, 3, 2, 2))
         tt[:, :, 0, 0] = np.einsum("kcr,kr->kc", matrix, bent)
         tt[:, :, 0, 1] = tt[:, :, 1, 0] = np.einsum("kcr,kr->kc", matrix, turned)
-        by_x = np.empty((k, 3, self._own))
-        by_x[:, :, :3] = np.eye(3)
-        by_x[:, :, 3:7] = np.einsum("kcra,kr->kca", by_q, y[:, :, 0])
-        by_x[:, :, 7:] = np.einsum("kcr,krz->kcz", matrix, y[:, :, 1:count])
-        tx, xx = np.zeros((k, 3, 2, self._own)), np.zeros((k, 3, self._own, self._own) if second else (0, 3, 0, 0))
+        by_x, tx, xx = np.empty((0, 3, 0)), np.empty((0, 3, 2, 0)), np.empty((0, 3, 0, 0))
         if second:
+            by_x, tx = np.empty((k, 3, self._own)), np.zeros((k, 3, 2, self._own))
+            xx = np.zeros((k, 3, self._own, self._own))
+            by_x[:, :, :3] = np.eye(3)
+            by_x[:, :, 3:7] = np.einsum("kcra,kr->kca", by_q, y[:, :, 0])
+            by_x[:, :, 7:] = np.einsum("kcr,krz->kcz", matrix, y[:, :, 1:count])
             for at, jet in enumerate((along, ruling)):
                 tx[:, :, at, 3:7] = np.einsum("kcra,kr->kca", by_q, jet[:, :, 0])
                 tx[:, :, at, 7:] = np.einsum("kcr,krz->kcz", matrix, jet[:, :, 1:count])

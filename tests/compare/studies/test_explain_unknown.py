@@ -10,7 +10,10 @@ import pytest
 
 from compare.cli import main
 from compare.measure.grades import FAIR, GOOD, UNKNOWN
+from compare.models.base import Options
 from compare.models.capabilities import Priced
+from compare.models.choice import chosen
+from compare.models.ribbon.neglected import beside
 from compare.scene.scene import loads
 from compare.store.progress import Reporter
 from compare.studies import effects_measured
@@ -102,3 +105,43 @@ def test_a_move_is_known_or_it_is_not(row, grade):
     known = PricedEffect(Priced("width", True, 1e-3, 1e-6))
     assert effects(PricedEffects((known, row)), 1e-5).grade == grade
     assert effects(PricedEffects((known, row), "no tangent"), 1e-5).grade == UNKNOWN
+
+
+CURL = """
+title = "A heavy curl on a table that lies on itself"
+[strip]
+length = 0.40
+width = 0.02
+thickness = 1e-4
+poisson = 0.38
+young = 3.2e9
+density = 1380.0
+natural_curvature = 25.0
+[gravity]
+up = [0.0, 0.0, 1.0]
+[clamp.start]
+position = [0.0, 0.0, 0.0]
+tangent = [1.0, 0.0, 0.0]
+normal = [0.0, 0.0, -1.0]
+[[wall]]
+name = "table"
+point = [0.0, 0.0, -0.0001]
+normal = [0.0, 0.0, 1.0]
+[contact]
+itself = true
+distance = 0.002
+[model]
+energy = "wunderlich"
+elements = 20
+[[path]]
+"strip.natural_curvature" = 5.0
+"""
+
+
+def test_a_curl_that_goes_through_itself_at_rest_has_its_strip_of_finite_thickness() -> None:
+    """At rest it is a coil whose turns lie in one another: only the state's own shape can begin the other strip."""
+    scene = loads(CURL)
+    state = chosen(scene).solve(scene, options=Options(error=False))
+    found = beside(scene, state.native)
+    assert found is not None
+    assert found.problem.energy == "finite"
