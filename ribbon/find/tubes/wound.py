@@ -1,13 +1,14 @@
 """A strip wound on the inside of a tube or a sphere: its end first, then all that lies on the wall before it.
 
-A strip bent to its wall keeps to it for a thrust alone: with kappa = 1 / R constant, the elastica's balance ``M' = -Q``,
-``Q' - kappa N + p = 0``, ``N' + kappa Q = 0`` has M = D kappa, Q = 0, N constant and the push ``p = kappa N`` per length
-(the coil of V. Romero, T. Witten and E. Cerda, Proc. R. Soc. A 464, 2008). Without friction the push at its free end has
-no moment about the axis, so that ``N = D / R^2``, ``p = D / R^3``. What lies on the wall does not know how long it is,
-nor does the end (the free arc, and where it touches down). An iteration on a start wound by many radians has to find the
-pushes of all turns at once, and leaves the plane by rounding on its way. Instead the last few rad (`KEPT`) are found
-alone, clamped where the start is there, and what is before them is put back as it was; multipliers are those of the least
-norm that balance it.
+A strip bent to its wall keeps to it for a thrust alone: with kappa = 1 / R constant, the elastica's balance
+``M' = -Q``, ``Q' - kappa N + p = 0``, ``N' + kappa Q = 0`` has M = D kappa, Q = 0, N constant and the push
+``p = kappa N`` per length (the coil of V. Romero, T. Witten and E. Cerda, Proc. R. Soc. A 464, 2008). Without friction
+the push at a free end has no moment about the axis: ``N = D / R^2``, ``p = D / R^3`` for a flat strip. What lies on the
+wall does not know how long it is, nor does the end (the free arc, and where it touches down).
+
+An iteration on a start wound by many radians has to find the pushes of all turns at once, and leaves the plane by
+rounding on its way. Instead the last few rad (`KEPT`) are found alone, clamped where the start is there, and what is
+before them is put back as it was; multipliers are those of the least norm that balance it.
 """
 
 from __future__ import annotations
