@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from ribbon.contact import Wall
 from ribbon.find import relax
+from ribbon.find.tubes import wound
 from ribbon.judge import penetration
 from ribbon.obstacle import Obstacle
 from ribbon.problems.mixed import MixedProblem
@@ -249,6 +250,9 @@ def _again(
         )
     if warm.residual <= RESIDUAL_TOLERANCE:
         return warm
+    rolled = wound.minimum(fresh, minimum.x, options, progress, relax.from_near)
+    if rolled is not None:
+        return replace(rolled, iterations=rolled.iterations + warm.iterations, seconds=rolled.seconds + warm.seconds)
     with _by_newton(fresh):
         cold = relax.from_near(fresh, minimum.x, options, progress)
     return replace(cold, iterations=cold.iterations + warm.iterations, seconds=cold.seconds + warm.seconds)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.find import doubling
+from ribbon.find.tubes import wound
 from ribbon.obstacle import Obstacle
 from ribbon.problems.chained import ChainedProblem
 from ribbon.problems.mixed import MixedProblem
@@ -122,6 +123,9 @@ def minimum(
             other = _through_chained(problem, x, options, progress)
             return other if other.residual < direct.residual else direct
         return direct
+    rolled = wound.minimum(problem, x, options, progress, from_near)
+    if rolled is not None:
+        return rolled
     if problem.lengths.size > COARSE:
         if misfit(problem, x) <= NEAR:  # few segments would lose a delicate state, such as a band on its edge
             near = from_near(problem, x, options, progress)

@@ -15,9 +15,9 @@ from ribbonbench.errors import BadInput
 
 #: Points along the strip, and how deep (l) it begins in an obstacle that is told.
 _POINTS, _DEEP = 401, 2e-3
-#: Turn (rad) up to which a strip in a tube is known to settle, from the seed of its note, a segment for each radian:
-#: 60 in a second, 100 in five, 150 not in 20 s (80 to 320 segments).
-MOST_TURN = 100.0
+#: Turn (rad) up to which a strip in a tube is known to settle, from the seed of its note, a segment for each radian or
+#: more (results/obstacles.md).
+MOST_TURN = 300.0
 
 
 def begins_through(scene: SceneData, seed: str | None = "[seed]") -> tuple[str, ...]:

@@ -247,12 +247,12 @@ def test_the_seed_and_the_segments_that_a_narrow_tube_is_told_to_need_give_an_an
 
 
 def test_a_tube_too_narrow_for_its_strip_is_refused_before_anything_is_computed():
-    """150 rad along the wall; along the axis, on demand, or wide enough it is not."""
-    narrow = _in_a_tube(0.002)
-    with pytest.raises(BadInput, match="150 rad"):
+    """600 rad along the wall; along the axis, on demand, or wide enough it is not."""
+    narrow = _in_a_tube(0.0005)
+    with pytest.raises(BadInput, match="600 rad"):
         check_wound(narrow)
     with accepting(True):
         check_wound(narrow)
-    check_wound(_in_a_tube(0.0031))
-    along = {"strip.width": 0.002, "obstacle.tube.axis": [1.0, 0.0, 0.0], "obstacle.tube.point": [0.0, 0.0, 0.001]}
+    check_wound(_in_a_tube(0.00101))
+    along = {"strip.width": 5e-4, "obstacle.tube.axis": [1.0, 0.0, 0.0], "obstacle.tube.point": [0.0, 0.0, 2.5e-4]}
     check_wound(narrow.replace(along))

@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
 from ribbon import Clamp, Equilibrium, Gravity, Strip, Wall, solve
+from ribbon.find.contacts import pushed
 from ribbon.obstacle import Obstacle
 from tests.validation import page
 from tests.validation.number import Number
@@ -28,6 +29,8 @@ SEGMENTS = (60, 120, 240)
 HEAVY = Strip(1.0, 0.1, 0.3, gamma=20.0)
 UP = (0.0, 1.0, 0.0)
 RADII = (1e1, 1e2, 1e4, 1e5)
+#: Turns (rad) on the wall of a strip wound in a tube, with segments.
+WOUND = ((30.0, 40), (30.0, 120), (30.0, 400), (100.0, 120), (100.0, 400), (300.0, 320))
 
 
 @cache
@@ -53,6 +56,49 @@ def shot() -> tuple[float, float, float]:
     x, y, theta, _ = end(found)
     along = np.arctan2(y, x) + 0.5 * np.pi  # the circle's direction, and how far round
     return float(np.degrees(along - theta)), float(np.degrees(along)), float(found[2])
+
+
+@cache
+def gained() -> float:
+    """By how much (D w / R) the free arc and its touchdown lower the energy of a strip that lies on the wall all along:
+    ``(L - integral kappa^2) / 2`` of the arc that is shot. On it ``H = kappa^2 / 2 + F . t`` is constant, so that
+    ``integral kappa^2 / 2 = H L - F . (r(L) - r(0))``; where it leaves the wall t = (1, 0), kappa = 1 and F_x = -1."""
+    _, arc, length = shot()
+    # at the end kappa = 0 and F is along the radius
+    around = np.radians(arc)
+    end = np.array([np.sin(around), -np.cos(around)])
+    force = -end / end[0]
+    constant = 0.5 + force[0]
+    return float(0.5 * length - (constant * length - force @ (end - np.array([0.0, -1.0]))))
+
+
+@cache
+def wound(turn: float, segments: int) -> Equilibrium:
+    """A flat strip clamped on the wall of a tube and across it, lying on it for `turn` rad but for its end."""
+    radius = 1.0 / turn
+    tube = Obstacle("cylinder", (0.0, 0.0, 0.0), radius, (1.0, 0.0, 0.0), inside=True)
+    found = solve(
+        Strip(1.0, min(0.05, 0.5 * radius), 0.3), Clamp((0.0, -radius, 0.0), normal=UP), walls=[tube],
+        energy="sadowsky", segments=segments, seed_curvature=-turn,
+    )  # fmt: skip
+    if not found.ok or not found.penetration < 1e-6:
+        raise AssertionError(f"{turn} rad on {segments}: {found.message}")
+    return found
+
+
+def lowered(turn: float, segments: int) -> float:
+    """By how much (D w / R) its energy is lower than on the wall all along."""
+    return (0.5 * turn**2 - wound(turn, segments).energy.total) / turn
+
+
+def pressed(turn: float, segments: int) -> float:
+    """Mean push of the wall per length, D w / R^3, from the third joint on and until 6 rad before the end."""
+    found = wound(turn, segments)
+    step = 1.0 / segments
+    where = np.array([(s, push) for s, _, push in pushed(found.problem, found.x, found.rows, 0)])
+    line = (where[:, 0] > 2.5 * step) & (where[:, 0] < 1.0 - 6.0 / turn)
+    joints = np.unique(np.round(where[line, 0] / step)).size
+    return float(where[line, 1].sum() / (joints * step) / turn**3)
 
 
 @cache
@@ -143,7 +189,32 @@ PROBES = {
     "free_arc": lambda: angles(coiled(SEGMENTS[0]))[1],
     "touchdown_shot": lambda: shot()[0],
     "plane_slope": lambda: from_plane(RADII[-1]),
+    "wound_gain": lambda: lowered(*WOUND[-2]),
+    "wound_push": lambda: pressed(*WOUND[1]),
 }
+
+
+def _wound() -> tuple[list[str], dict[str, Number]]:
+    """The strip wound by many radians: parts of the page and numbers."""
+    rows = [[f"{turn:g}", str(n), f"{lowered(turn, n):.5f}", f"{pressed(turn, n):.10f}",
+             f"{wound(turn, n).penetration:.0e}"] for turn, n in WOUND]  # fmt: skip
+    off, push_off = abs(lowered(*WOUND[-2]) - gained()), abs(pressed(*WOUND[1]) - 1.0)
+    if abs(lowered(*WOUND[2]) - gained()) > 1e-4 or push_off > 1e-6:
+        raise AssertionError(f"{rows}, {gained()}")
+    parts = [
+        "## A strip wound in a tube",
+        "A flat strip many times as long as the tube is round, clamped across its axis; parts pass through each other. "
+        "It lies on the wall with the push of a thrust N, N / R per length; without friction the push at the free end "
+        "has no moment about the axis, so that N = D / R^2 and the push is D w / R^3 exactly. Its energy is lower than "
+        f"that of a strip that lies on the wall all along by what the free arc gains, {gained():.5f} D w / R by "
+        "shooting, however long it is.",
+        page.table(["turn, rad", "segments", "gain, D w / R", "push, D w / R^3", "penetration / l"], rows),
+    ]
+    return parts, {
+        "wound_gain": Number(lowered(*WOUND[-2]), max(off, 1e-6), "D w / R", ".5f"),
+        "wound_gain_shot": Number(gained(), 1e-6, "D w / R", ".5f"),
+        "wound_push": Number(pressed(*WOUND[1]), max(push_off, 1e-8), "D w / R^3", ".6f"),
+    }
 
 
 def run(out: Path) -> dict[str, Number]:
@@ -161,6 +232,7 @@ def run(out: Path) -> dict[str, Number]:
     large = [[f"{r:.0e}", *(f"{slope:.4f}" for slope in slopes[r])] for r in RADII]
     bar, ball = across("cylinder"), across("sphere")
     apart = abs(bar.energy.total - ball.energy.total)
+    wound_parts, wound_numbers = _wound()
     page.write(
         out / "obstacles.md", "Round obstacles", "python -m tests.validation obstacles",
         "## The coil in a tube",
@@ -172,6 +244,7 @@ def run(out: Path) -> dict[str, Number]:
         page.table(["segments", "touchdown", "free arc", "off shooting", "off shooting", "penetration / l"], rows),
         "Angles in degrees. The free arc begins where a line load that ends in a force has the total and the first "
         "moment of all pushes of the wall, whatever their share on joints and on the place that slides.",
+        *wound_parts,
         "## A large radius is a plane",
         "Energy of a heavy cantilever (Gamma = 20, 40 segments) on a cylinder less that on a plane, times the radius "
         "over l, outside and inside: it tends to a constant.",
@@ -189,6 +262,7 @@ def run(out: Path) -> dict[str, Number]:
         "free_arc_fine": Number(angles(coiled(SEGMENTS[-1]))[1], max(off[-1][1], 1e-6), "degrees", ".3f"),
         "touchdown_shot": Number(touchdown, 1e-6, "degrees", ".4f"),
         "free_arc_shot": Number(arc, 1e-6, "degrees", ".4f"),
+        **wound_numbers,
         "plane_slope": Number(slopes[RADII[-1]][0], abs(slopes[RADII[-1]][0] - slopes[RADII[-2]][0]) + 0.05, "", ".3f"),
         "bar_and_ball": Number(apart, 1e-7, "D w / l", ".0e"),
     }

@@ -1,0 +1,1 @@
+"""Strips wound on the inside of a round wall."""
