@@ -143,7 +143,8 @@ class EdgeRows:
 
     def followed(self, ends: Ends) -> np.ndarray:
         """Which of these pairs (m,) new ones are, -1 none."""
-        before, taken = np.full(len(ends.s), -1), set()
+        before = np.full(len(ends.s), -1)
+        taken: set[int] = set()
         old = self.ends
         for k in range(len(before)):
             away = np.maximum(np.abs(old.s - ends.s[k]), np.abs(old.t - ends.t[k]))
@@ -151,7 +152,7 @@ class EdgeRows:
             away[list(taken)] = np.inf
             if len(away) and float(away.min()) < FOLLOWED:
                 before[k] = int(np.argmin(away))
-                taken.add(before[k])
+                taken.add(int(before[k]))
         return before
 
     def passed(self, before: np.ndarray, after: np.ndarray, standing: tuple[Standing, Standing]) -> bool:

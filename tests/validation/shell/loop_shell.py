@@ -49,7 +49,7 @@ WIDE, LYING = strips.FINITE[3], strips.FINITE[1]
 BEGUN, NEAREST, TOUCHING = 0.70, 0.67, 0.5
 #: What is followed, as parts of the way from the first distance to the last: behind the fold the branch goes back.
 SPAN = (-1.0, 1.0)
-MESHES = ((40, 2), (80, 4), (160, 8))
+MESHES = ((20, 2), (40, 4), (80, 8))
 TURN = Rotation.from_rotvec([0.0, 0.0, 2.0 * np.pi * strips.TURNS]).as_matrix()
 
 
