@@ -14,7 +14,7 @@ MESH = page.MESHES[0]
 def test_a_loop_lies_on_itself_edge_on_edge():
     """Place and push beside the ribbon's; from the surface alone nothing is nearer than the thickness; both clamps
     balance."""
-    found, ribbon = page.lying(MESH), page.of_ribbon(page.ribbon_lying(True))
+    found, ribbon = page.lying(MESH), page.of_ribbon(page.ribbon_lying())
     loop, (pair,) = page.of_shell(found), found.pairs
     assert (pair["v"], pair["v_other"]) == (pytest.approx(0.01), pytest.approx(-0.01))
     np.testing.assert_allclose([loop.s, loop.other], [ribbon.s, ribbon.other], atol=3e-3)
@@ -32,6 +32,6 @@ def test_a_shell_snaps_where_the_ribbon_does():
     """Its fold, on a coarse mesh, within three hundredths of the ribbon's; one mode grows unstable there."""
     run = page.branch(MESH)
     fold = next(one for one in run.specials if one.kind == "fold")
-    assert page.at(fold.point) == pytest.approx(page.ribbon_folded(True)[0], abs=0.02)
+    assert page.at(fold.point) == pytest.approx(page.ribbon_folded()[0], abs=0.02)
     assert abs(fold.change) == 1
     assert run.points[0].unstable == 0

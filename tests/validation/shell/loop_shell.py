@@ -1,8 +1,8 @@
 """The loop of a twisted ribbon as a shell: where it snaps, and where it lies on itself edge on edge, beside `finite`.
 
 The strip of tests/validation/ribbon/ribbon_plectoneme.py. A shell begins at the ribbon's surface and is followed by its
-own equations on meshes halved twice; in contact it has rows for edges that meet edges (docs/theory.md, eq. (7.33)). Its
-clamps hold the whole edge: `finite` stands beside it with straight and with free rulings there.
+own equations on two meshes; in contact it has rows for edges that meet edges (docs/theory.md, eq. (7.33)). Its
+clamps hold the whole edge: `finite` beside it has free rulings there.
 """
 
 from __future__ import annotations
@@ -24,13 +24,7 @@ from compare.measure.mesh_limit import settled
 from compare.models.branches.shell_remote import ShellEquations, ShellServer
 from compare.models.ribbon.state import RibbonShape
 from compare.models.shell import starting_surface
-from ribbon import Clamp, Equilibrium
-from ribbon.find.branch.equations import Equations
-from ribbon.find.snap import landed
-from ribbon.find.solve import build
-from ribbon.find.solving.request import How
-from ribbon.problems.mixed import MixedProblem
-from ribbon.problems.transfer import transferred
+from ribbon import Equilibrium
 from shellref.follow.equations import Equations as OwnEquations
 from shellref.path.solve import solve
 from shellref.shell.clamps import reactions
@@ -49,7 +43,7 @@ WIDE, LYING = strips.FINITE[3], strips.FINITE[1]
 BEGUN, NEAREST, TOUCHING = 0.70, 0.67, 0.5
 #: What is followed, as parts of the way from the first distance to the last: behind the fold the branch goes back.
 SPAN = (-1.0, 1.0)
-MESHES = ((20, 2), (40, 4), (80, 8))
+MESHES = ((30, 2), (60, 4))
 TURN = Rotation.from_rotvec([0.0, 0.0, 2.0 * np.pi * strips.TURNS]).as_matrix()
 
 
@@ -70,23 +64,6 @@ def shell(case: strips.Case, distance: float, mesh: tuple[int, int], touches: bo
     end = Pose((0.0, 0.0, distance), tuple(map(tuple, TURN)))  # type: ignore[arg-type]
     thick = case.width / case.slender
     return ShellProblem(case.width, thick, strips.NU, end=end, elements=mesh, apart=thick if touches else None)
-
-
-def straight(case: strips.Case, distance: float, lengths: FloatArray | int, apart: float | None = None) -> MixedProblem:
-    """The ribbon with straight rulings at its clamps."""
-    end = Clamp((0.0, 0.0, distance), tuple(TURN[:, 2]), tuple(TURN[:, 1]), "straight")
-    found = build(
-        case.strip, Clamp(ruling="straight"), end=end, energy=case.energy, segments=lengths, formulation="mixed",
-        apart=apart,
-    )  # fmt: skip
-    assert isinstance(found, MixedProblem)
-    return found
-
-
-def straightened(state: Equilibrium, problem: MixedProblem) -> Equilibrium:
-    """The ribbon downhill of a state whose rulings at the clamps were free."""
-    assert isinstance(state.problem, MixedProblem)
-    return landed(problem, transferred(state.problem, state.x, problem), How())
 
 
 # -- the fold ----------------------------------------------------------------------------------------------------------
@@ -112,22 +89,6 @@ def branch(mesh: tuple[int, int]) -> Run:
     return follow(first, SPAN, Options(steps=80), _few)
 
 
-@cache
-def ribbon_branch() -> Run:
-    """That of `finite` with straight rulings at the clamps."""
-    state = strips.begun(WIDE, BEGUN)
-    state = straightened(state, straight(WIDE, BEGUN, strips.SEGMENTS))
-    assert state.ok
-
-    def there(t: float, lengths: FloatArray) -> MixedProblem:
-        return straight(WIDE, BEGUN + (NEAREST - BEGUN) * t, lengths)
-
-    system, z = Equations.of(there, state.problem.lengths, 0.0, state.x, state.rows, state.multipliers)
-    first = first_point(system, z, 0.0, Options().tolerance)
-    assert first is not None
-    return follow(first, SPAN, Options(steps=200), _few)
-
-
 def special(run: Run, kind: str) -> Point:
     """The first of a kind."""
     return next(one.point for one in run.specials if one.kind == kind)
@@ -141,33 +102,28 @@ def folded(mesh: tuple[int, int]) -> FloatArray:
     own = OwnEquations(shell(WIDE, at(point), mesh), ShellOptions())
     state, _ = own.split(point.z)
     model = own.model
-    fields = [model.on_grid(f).reshape(-1, 6) for f in (state, model.residual(state))]
+    placed, left = (model.on_grid(f).reshape(-1, 6) for f in (state, model.residual(state)))
     end = np.repeat(model.grid.s_nodes, len(model.grid.v_nodes)) == 1.0
-    force, moment = reactions(*fields, end, np.array([0.0, 0.0, at(point)]))
+    force, moment = reactions(placed, left, end, np.array([0.0, 0.0, at(point)]))
     return np.array([at(point), force[2], moment[2], point.system.energy(point.z, point.t),
                      at(special(run, "branch_point"))])  # fmt: skip
 
 
-def ribbon_folded(free: bool) -> FloatArray:
-    """The same of `finite`, with free or straight rulings at the clamps."""
-    run, where = (strips.branch(WIDE), strips.distance) if free else (ribbon_branch(), at)
+def ribbon_folded() -> FloatArray:
+    """The same of `finite`."""
+    run = strips.branch(WIDE)
     found = next(one for one in run.specials if one.kind == "fold")
-    state = strips.shape(found.point)
-    ends = state.end_support
-    assert ends is not None
-    return np.array([where(found.point), ends.force[2], ends.moment[2], state.energy.total,
-                     where(special(run, "branch_point"))])  # fmt: skip
+    fork = strips.distance(special(run, "branch_point"))
+    return np.append(strips.numbers_at(found)[:4], fork)
 
 
 # -- in contact --------------------------------------------------------------------------------------------------------
 
 
 @cache
-def ribbon_lying(free: bool) -> Equilibrium:
+def ribbon_lying() -> Equilibrium:
     """The ribbon that lies on itself."""
     state = strips.carried(LYING, (0.54, TOUCHING)).state
-    if not free:
-        state = straightened(state, straight(LYING, TOUCHING, strips.SEGMENTS, LYING.width / LYING.slender))
     assert state.ok
     return state
 
@@ -176,7 +132,7 @@ def ribbon_lying(free: bool) -> Equilibrium:
 def lying(mesh: tuple[int, int]) -> ShellResult:
     """The shell that lies on itself, begun at the ribbon's surface, without a kick."""
     problem = shell(LYING, TOUCHING, mesh, True)
-    found = solve(problem, ShellOptions(kick=False), start=starting_surface(RibbonShape(ribbon_lying(True)), problem))
+    found = solve(problem, ShellOptions(kick=False), start=starting_surface(RibbonShape(ribbon_lying()), problem))
     if found.status != "converged" or not found.stable or len(found.pairs) != 1:
         raise AssertionError(f"{mesh}: {found.status}, {found.message}, {len(found.pairs)} pairs")
     return found
@@ -231,9 +187,9 @@ PROBES: dict[str, Callable[[], float]] = {
 
 def _folds(numbers: dict[str, Number]) -> list[str]:
     rows = [(f"shell, {a} x {b}", folded((a, b))) for a, b in MESHES]
-    free, held = ribbon_folded(True), ribbon_folded(False)
+    free = ribbon_folded()
     limits = [settled(list(column), 1e-6) for column in np.array([one for _, one in rows]).T]
-    rows += [("finite, rulings straight at the clamps", held), ("finite, rulings free there", free)]
+    rows += [("finite, rulings free at the clamps", free)]
     table = [
         [name, f"{z:.6f}", f"{fork:.6f}", f"{force:.3f}", f"{moment:.4f}", f"{energy:.4f}"]
         for name, (z, force, moment, energy, fork) in rows
@@ -244,7 +200,6 @@ def _folds(numbers: dict[str, Number]) -> list[str]:
             Number(limit.value, limit.error, unit, shown) if limit.settles
             else Number(limit.value, None, unit, shown, "it does not settle over its meshes")
         )  # fmt: skip
-    numbers["fold_straight"] = Number(float(held[0]), 1e-5, "l", ".5f")
     numbers["fold_free"] = Number(float(free[0]), 1e-5, "l", ".5f")
     coarse = float(rows[0][1][0])
     numbers["fold_coarse"] = Number(coarse, abs(coarse - where.value), "l", ".5f")
@@ -255,21 +210,19 @@ def _folds(numbers: dict[str, Number]) -> list[str]:
         "back, a second mode grows unstable where the loop leaves the middle.",
         page.table(["model", "fold, Z", "loop leaves the middle, Z", "tension at the fold", "moment", "energy"], table),
         f"Over the meshes the shell's fold goes to Z = {where.text}, tension {tension.text}. Clamps "
-        "that hold the whole edge keep it flat and its rulings square there; of the "
-        f"ribbon that alone moves the fold by {held[0] - free[0]:.4f}.",
+        "that hold the whole edge keep it flat and let no warping through: the strip is the stiffer.",
     ]
 
 
 def _lyings(numbers: dict[str, Number]) -> list[str]:
     shells = [lying(mesh) for mesh in MESHES]
-    free, held = (ribbon_lying(kind) for kind in (True, False))
+    free = ribbon_lying()
     loops = [of_shell(found) for found in shells]
     rows = []
     for (a, b), found, loop in zip(MESHES, shells, loops, strict=True):
-        rows.append([f"shell, {a} x {b}", *_row(loop), f"{off(found, free):.1e}", f"{off(found, held):.1e}",
+        rows.append([f"shell, {a} x {b}", *_row(loop), f"{off(found, free):.1e}",
                      f"{nearest(found.surface) * LYING.slender / LYING.width - 1.0:+.0e}"])  # fmt: skip
-    rows.append(["finite, rulings straight at the clamps", *_row(of_ribbon(held)), "", "", ""])
-    rows.append(["finite, rulings free there", *_row(of_ribbon(free)), "", "", ""])
+    rows.append(["finite, rulings free at the clamps", *_row(of_ribbon(free)), "", ""])
     limits = [settled(list(column), 1e-6) for column in np.array(loops).T]
     push, energy = limits[2], limits[5]
     for name, limit, fine, unit, shown in (
@@ -279,7 +232,7 @@ def _lyings(numbers: dict[str, Number]) -> list[str]:
             Number(limit.value, limit.error, unit, shown) if limit.settles
             else Number(fine, None, unit, shown, "it does not settle over its meshes")
         )  # fmt: skip
-    for name, kind in (("free", free), ("straight", held)):
+    for name, kind in (("free", free),):
         loop = of_ribbon(kind)
         numbers[f"push_{name}"] = Number(loop.push, 1e-3 * loop.push, "D w / l^2", ".2f")
         numbers[f"energy_{name}"] = Number(loop.energy, 1e-5 * loop.energy, "D w / l", ".3f")
@@ -293,7 +246,7 @@ def _lyings(numbers: dict[str, Number]) -> list[str]:
         "The shell touches at the same place as the ribbon, at v = +0.5 w of the first strand and -0.5 w of the "
         "second, edge on edge, and is stable. *Eigenvalue*: each model in its own metric. *Off*: centreline from the "
         "ribbon's, at equal s. *Nearest*: least distance of two parts of the shell over h, less 1, from its points.",
-        page.table(["model", "s", "s'", "push", "tension", "moment", "energy", "eigenvalue", "off free", "off straight",
+        page.table(["model", "s", "s'", "push", "tension", "moment", "energy", "eigenvalue", "off",
                     "nearest"], rows),
         f"The push goes to {push.text}, the energy to {energy.text}. Force and moment that both clamps leave: "
         f"{worst:.0e} of the tension; push times gap {product:.0e} of the push.",
@@ -320,6 +273,6 @@ def run(out: Path) -> dict[str, Number]:
         *parts,
         "What does not hold: the shell's own snap from one state to the other is not followed with contact; one "
         "distance, one width in contact; a ribbon's clamp has no counterpart that holds the section as the shell's "
-        "does (it is flat there, and no warping is let through), so that both rulings are shown.",
+        "does: it is flat there, and lets no warping through.",
     )  # fmt: skip
     return numbers
