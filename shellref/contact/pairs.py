@@ -102,6 +102,16 @@ class PairRows:
         return np.asarray(-self.found.side[:, None] * self.found.l)
 
     @property
+    def places(self) -> np.ndarray:
+        """(m, 4): S and v of the nodes, and of their feet."""
+        return np.column_stack([self.material[self.nodes], *self.sheet.material(self.found.feet)])
+
+    @property
+    def distances(self) -> np.ndarray:
+        """(m,) of the nodes from the other parts."""
+        return np.abs(self.found.feet.z)
+
+    @property
     def neighbours(self) -> float:
         """Length along the strip (l) within which nothing is another part."""
         return max(NEIGHBOURS[0] * self.apart, NEIGHBOURS[1] * float(np.diff(self.sheet.grid.s_knots).max()))

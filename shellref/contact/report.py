@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from shellref.contact.active import Contact
+from shellref.contact.edges import EdgeRows
 from shellref.contact.pairs import PairRows
 from shellref.contact.walls import Standing
 
@@ -98,20 +99,19 @@ def walls(contact: Contact, state: np.ndarray, standing: Standing) -> Iterator[d
 def pairs(contact: Contact) -> list[dict[str, Any]]:
     """Where parts of the strip push each other, at the state last seen, what `ShellResult.pairs` says."""
     found = []
-    first, nodes = 0, contact.everywhere.nodes
+    first = 0
     for block in contact.rows.blocks:
         here = slice(first, first + len(block.nodes))
         first += len(block.nodes)
-        if not isinstance(block, PairRows):
+        if not isinstance(block, (PairRows, EdgeRows)):
             continue
-        s, v = block.sheet.material(block.found.feet)
+        places, apart = block.places, block.distances
         force = contact.pushes[here, None] * block.normals
         for k in np.flatnonzero(contact.active[here]):
-            own = nodes[block.nodes[k]]
+            s, v, s_other, v_other = places[k].tolist()
             found.append(
-                {"s": float(own[0]), "v": float(own[1]), "s_other": float(s[k]), "v_other": float(v[k]),
-                 "force": force[k], "gap": float(abs(block.found.feet.z[k]))}
-            )  # fmt: skip
+                {"s": s, "v": v, "s_other": s_other, "v_other": v_other, "force": force[k], "gap": float(apart[k])}
+            )
     return found
 
 
@@ -124,6 +124,8 @@ def _too_near(contact: Contact, state: np.ndarray, surface: Surface) -> float:
             at, along = np.meshgrid(s, v, indexing="ij")
             points = surface.grid(s, v).reshape(-1, 3)
             least = min(least, block.least(state, points, at.ravel(), along.ravel()))
+        if isinstance(block, EdgeRows) and len(block):
+            least = min(least, float((block.side * block.between.z).min()) - block.apart)
     return -least
 
 

@@ -131,6 +131,18 @@ class Sheet:
         values = np.einsum("dmq,mqi->dmi", weights, state[nodes])
         return Local(weights, nodes, values[..., :3], values[..., 3:])
 
+    def border(self, edge: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The long edges (m,), 0 (v = -w/2) or 1, at S = s (m,): weights (3, m, q) of the nodes on them, values and
+        first and second derivatives by S, and these nodes (m, q)."""
+        k, (nx, ny), knots = self.grid.degree, self.elements, self.grid.s_knots
+        a = np.clip(np.searchsorted(knots, s, side="right") - 1, 0, nx - 1)
+        size = np.diff(knots)[a]
+        powers = _powers((s - knots[a]) / size, k + 3) / size[:, None] ** np.arange(3)[:, None, None]
+        weights = np.einsum("dmj,mjs->dms", powers, self._along[a])
+        cell = a * ny + np.where(edge == 0, 0, ny - 1)
+        nodes = self.stencil[cell].reshape(len(s), 3 * k + 1, k + 1)
+        return weights, np.where((edge == 0)[:, None], nodes[:, :, 0], nodes[:, :, -1])
+
     def material(self, feet: Feet) -> tuple[np.ndarray, np.ndarray]:
         """S and v (m,)."""
         ny, s, v = self.elements[1], self.grid.s_knots, self.grid.v_knots

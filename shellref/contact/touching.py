@@ -8,6 +8,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, vstack
 
 from shellref.contact.bodies import BodyRows
+from shellref.contact.edges import EdgeRows
 from shellref.contact.pairs import PairRows
 from shellref.contact.rows import HELD, MOST_PARTS, Block, Rows
 from shellref.contact.sheet import Sheet
@@ -120,5 +121,7 @@ def touching(
     if path.apart is not None:
         size = np.asarray(abs(projection).sum(axis=1)).reshape(-1, 6)[:, :3].max(axis=1)
         slaves = np.flatnonzero(places & (size > HELD))
-        blocks.append(PairRows.of(sheet, slaves, nodes, path.apart, closed, len(path.springs) - 1))
+        number = len(path.springs) - 1
+        blocks.append(PairRows.of(sheet, slaves, nodes, path.apart, closed, number))
+        blocks.append(EdgeRows.of(sheet, nodes, path.apart, closed, number))
     return Touching(tuple(blocks), 0.5 * thickness)

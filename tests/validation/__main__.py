@@ -112,6 +112,7 @@ NAMES = (
     "shell_thin",
     "shell_walls",
     "shell_contact",
+    "loop_shell",
     "shell_roman",
     "shell_table",
     "calculix",
