@@ -44,6 +44,8 @@ def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium
     from ribbon import solve
     from ribbon.find.adaptive import solve_to_tolerance
 
+    if scene.seed.curve is not None or scene.follows:
+        return lambda: followed(scene, begun(scene, leave_saddle))
     arguments = {**ribbon_arguments(scene), "budget": scene.model.budget}
     tolerance = scene.model.tolerance
     if tolerance is None:
@@ -55,6 +57,27 @@ def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium
     )
 
 
+def begun(scene: Scene, leave_saddle: bool = False) -> Equilibrium:
+    """From the scene's seed: from its drawn curve, or from its curvature, on segments that stand still."""
+    from compare.models.ribbon.build import build_arguments, ribbon_arguments
+    from ribbon import solve
+    from ribbon.find.jointed import drawn
+    from ribbon.find.solving.request import How, Request
+
+    budget = scene.model.budget
+    if scene.seed_points is None:
+        return solve(**ribbon_arguments(scene), budget=budget, leave_saddle=leave_saddle)
+    request = Request.of(**build_arguments(scene))
+    return drawn.solved(request, scene.seed_points, How(leave_saddle=leave_saddle), budget)
+
+
+def followed(scene: Scene, state: Equilibrium) -> Equilibrium:
+    """The state on segments that follow what the rod touches itself with, where the scene asks for it."""
+    from ribbon.find.jointed import drawn
+
+    return drawn.following(state, scene.model.budget) if scene.follows else state
+
+
 def together(scene: Scene) -> Hashable | None:
     """What scenes have in common that `solved_together` solves at once; None: the scene asks for more than the state of
     a ribbon that is held at s = 0 only."""
@@ -63,6 +86,8 @@ def together(scene: Scene) -> Hashable | None:
 
     model = scene.model
     held = scene.start_clamped and scene.clamp_end is None and scene.closure is None and not scene.barriers
+    if scene.seed.curve is not None or scene.follows:
+        return None
     exact = scene.gravity is not None and scene.gravity.exact
     if not held or exact or scene.path or model.tolerance is not None or model.accuracy is not None:
         return None

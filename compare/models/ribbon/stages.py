@@ -24,6 +24,7 @@ from compare.measure.load_curve import watched
 from compare.models.holds import friction
 from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
 from compare.models.ribbon.fields import fields
+from compare.models.ribbon.solving import begun, followed
 from compare.scene.change import value_of
 from compare.scene.homotopy import Homotopy, between
 from compare.scene.scene import Scene
@@ -230,9 +231,12 @@ class _Walk:
         """The first stage, from its seed."""
         first = self.stages[0]
         clock = time.perf_counter()
-        arguments = {**ribbon_arguments(first), "formulation": _formulation(first)}
-        arguments["walls"] = tuple(replace(wall, friction=0.0) for wall in arguments["walls"])  # put there without
-        found = solve(**arguments, leave_saddle=self.leave_saddle, budget=first.model.budget)
+        if first.seed.curve is not None:
+            found = begun(first, self.leave_saddle)
+        else:
+            arguments = {**ribbon_arguments(first), "formulation": _formulation(first)}
+            arguments["walls"] = tuple(replace(wall, friction=0.0) for wall in arguments["walls"])  # put there without
+            found = solve(**arguments, leave_saddle=self.leave_saddle, budget=first.model.budget)
         entry = self._solved(0, 1.0, found, time.perf_counter() - clock)
         return self._accept(_Place(0, 1.0, found, (entry,)))
 
@@ -345,5 +349,9 @@ def run_way(
         with within(scene.model.budget):
             found = refine_to_tolerance(bare, scene.model.tolerance, leave_saddle=leave_saddle, strict=scene.strict)
         found = replace(found, log=log)
+    if scene.follows and found.status in _GOOD:
+        if progress is not None:
+            progress("path: segments that follow what touches")
+        found = followed(scene, found)
     keeper.remove()
     return LoadPath(found, len(walk.stages), walk.solved, resumed, None if keeper.film is None else keeper.film.states)
