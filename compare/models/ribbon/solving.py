@@ -45,6 +45,8 @@ def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium
     from ribbon.find.adaptive import solve_to_tolerance
 
     if scene.seed.curve is not None or scene.follows:
+        from compare.models.ribbon.stages import begun, followed
+
         return lambda: followed(scene, begun(scene, leave_saddle))
     arguments = {**ribbon_arguments(scene), "budget": scene.model.budget}
     tolerance = scene.model.tolerance
@@ -55,27 +57,6 @@ def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium
     return lambda: solve_to_tolerance(
         *first_three, **arguments, tolerance=tolerance, leave_saddle=leave_saddle, strict=scene.strict
     )
-
-
-def begun(scene: Scene, leave_saddle: bool = False) -> Equilibrium:
-    """From the scene's seed: from its drawn curve, or from its curvature, on segments that stand still."""
-    from compare.models.ribbon.build import build_arguments, ribbon_arguments
-    from ribbon import solve
-    from ribbon.find.jointed import drawn
-    from ribbon.find.solving.request import How, Request
-
-    budget = scene.model.budget
-    if scene.seed_points is None:
-        return solve(**ribbon_arguments(scene), budget=budget, leave_saddle=leave_saddle)
-    request = Request.of(**build_arguments(scene))
-    return drawn.solved(request, scene.seed_points, How(leave_saddle=leave_saddle), budget)
-
-
-def followed(scene: Scene, state: Equilibrium) -> Equilibrium:
-    """The state on segments that follow what the rod touches itself with, where the scene asks for it."""
-    from ribbon.find.jointed import drawn
-
-    return drawn.following(state, scene.model.budget) if scene.follows else state
 
 
 def together(scene: Scene) -> Hashable | None:

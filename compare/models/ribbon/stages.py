@@ -24,7 +24,6 @@ from compare.measure.load_curve import watched
 from compare.models.holds import friction
 from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
 from compare.models.ribbon.fields import fields
-from compare.models.ribbon.solving import begun, followed
 from compare.scene.change import value_of
 from compare.scene.homotopy import Homotopy, between
 from compare.scene.scene import Scene
@@ -314,6 +313,26 @@ def _tuples(part: Any) -> Any:
 def _formulation(scene: Scene) -> str:
     """The stage's own formulation; "auto" is the mixed model: its steps start warm (`compare.models.ribbon.build`)."""
     return "mixed" if scene.model.formulation == "auto" else scene.model.formulation
+
+
+def begun(scene: Scene, leave_saddle: bool = False) -> Equilibrium:
+    """From the scene's seed: from its drawn curve, or from its curvature, on segments that stand still."""
+    from compare.models.ribbon.build import build_arguments
+    from ribbon.find.jointed import drawn
+    from ribbon.find.solving.request import How, Request
+
+    budget = scene.model.budget
+    if scene.seed_points is None:
+        return solve(**ribbon_arguments(scene), budget=budget, leave_saddle=leave_saddle)
+    request = Request.of(**build_arguments(scene))
+    return drawn.solved(request, scene.seed_points, How(leave_saddle=leave_saddle), budget)
+
+
+def followed(scene: Scene, state: Equilibrium) -> Equilibrium:
+    """The state on segments that follow what the rod touches itself with, where the scene asks for it."""
+    from ribbon.find.jointed import drawn
+
+    return drawn.following(state, scene.model.budget) if scene.follows else state
 
 
 def run_key(scene: Scene, leave_saddle: bool) -> str:
