@@ -27,8 +27,9 @@ def problem(turn, segments=160, **more):
     return found, np.column_stack([across, normal, axis]), first
 
 
-def test_the_frame_of_a_curve_meets_both_clamps(turn=-0.6):
+def test_the_frame_of_a_curve_meets_both_clamps():
     """Position and frame of the far end, as the rod's own elements carry them; and its twist is the same all along."""
+    turn = -0.6
     rod, frame, first = problem(turn, apart=0.02, round_rod=True)
     curve = polygon.overhand(0.4067)
     x = drawn.unknowns(rod, first + (curve - curve[0]) @ frame.T)
