@@ -50,17 +50,18 @@ def test_a_developable_strip_does_not_begin_in_space():
 
 
 def test_a_bowed_curve_without_contact_comes_to_rest_on_its_side():
-    """Drawn as an arch to either side, in the plane of the clamps: the two mirror images, of one energy."""
+    """Drawn as an arch to either side, in the plane of the clamps: mirror images, of one energy."""
     rod, frame, first = problem(0.0, 20)
     z = np.linspace(0.0, 1.0, 12)
     request, found = Request.again(rod), []
     for side in (1.0, -1.0):
         arch = np.stack([side * 0.37 * np.sin(np.pi * z) ** 2, 0.0 * z, 0.4067 * z], axis=1)
         found.append(drawn.solved(request, first + arch @ frame.T))
-    tops = [(state.position([0.5])[0] - first) @ frame[:, 0] for state in found]
+    tops = np.array([(state.position([0.5])[0] - first) @ frame[:, :2] for state in found])
     assert all(state.status.code in ("converged", "saddle") for state in found)
-    assert tops[0] == pytest.approx(-tops[1], rel=1e-6)
-    assert tops[0] > 0.2
+    out = np.linalg.norm(tops, axis=1)  # the plane of the arch may turn about the clamps' axis
+    assert out[0] == pytest.approx(out[1], rel=1e-6)
+    assert tops[0, 0] > 0.3 > -0.3 > tops[1, 0]
     assert found[0].energy.total == pytest.approx(found[1].energy.total, rel=1e-9)
 
 
