@@ -176,7 +176,8 @@ class Equilibrium:
     nonconvex: share of the length on which the density is not convex in curvature and twist
     (`ribbon.judge.convexity`): where it is not zero, elements alone hold the state; None likewise;
     rubbed: what friction took away (D w / l) along a path so far, None: without friction; before: the state at the end
-    of the increment before, on which friction depends.
+    of the increment before, on which friction depends; jointed: of a round rod on segments that follow what touches,
+    these and what does (`ribbon.find.jointed.rounds.Jointed`), None: on others.
     """
 
     problem: Problem
@@ -212,6 +213,7 @@ class Equilibrium:
     unstable_modes: int | None = None
     rubbed: float | None = None
     before: Equilibrium | None = None
+    jointed: Any = None
 
     @property
     def ok(self) -> bool:

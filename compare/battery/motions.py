@@ -95,6 +95,8 @@ def moved(scene: Scene, rotation: FloatArray, shift: FloatArray) -> Scene:
     def change(key: str, value: Any) -> Any:
         if key in _HANDED and sign < 0.0:
             return (-np.asarray(value, dtype=float)).tolist()
+        if KEYS[key].kind is Kind.POINTS:
+            return (np.asarray(value, dtype=float) @ rotation.T + scene.strip.length * shift).tolist()
         if KEYS[key].kind not in (Kind.VECTOR, Kind.DIRECTION) or isinstance(value, str):
             return value
         turned = rotation @ np.asarray(value, dtype=float)
@@ -142,7 +144,7 @@ def end_for_end(scene: Scene) -> Scene:
         keys[f"clamp.{other}"] = None  # removed first, so that nothing of it is left
         for key, value in (clamp(clamps.get(name)) or {}).items():
             keys[f"clamp.{other}.{key}"] = value
-    for key in ("strip.natural_curvature", "seed.curvature", "seed.ruling"):
+    for key in ("strip.natural_curvature", "seed.curvature", "seed.ruling", "seed.curve"):
         section, _, last = key.partition(".")
         value = (document.get(section) or {}).get(last)
         if isinstance(value, (list, tuple)):

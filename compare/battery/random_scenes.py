@@ -119,6 +119,10 @@ def _direction(key: Key, chance: random.Random) -> list[float]:
     return [x / size for x in found] if chance.random() < 0.9 else found
 
 
+def _point(chance: random.Random) -> list[float]:
+    return [chance.uniform(-1.0, 1.0) for _ in range(3)]
+
+
 def _choice(key: Key, chance: random.Random) -> str:
     return chance.choice([*key.choices, *key.later]) if key.choices and chance.random() < 0.95 else chance.choice(WORDS)
 
@@ -145,6 +149,7 @@ _VALUES: dict[Kind, Callable[[Key, random.Random], Any]] = {
     Kind.LIST: lambda key, chance: [_number(key, chance) for _ in range(chance.randint(1, 4))],
     Kind.PAIR: lambda key, chance: [_number(key, chance), _number(key, chance)],
     Kind.VECTOR: lambda key, chance: [chance.uniform(-1.0, 1.0) for _ in range(3)],
+    Kind.POINTS: lambda key, chance: [_point(chance) for _ in range(chance.randint(1, 6))],
     Kind.DIRECTION: _direction,
     Kind.COUNT: _count,
     Kind.COUNTS: lambda key, chance: [_count(key, chance), _count(key, chance)],

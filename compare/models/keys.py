@@ -46,6 +46,8 @@ HALF_TURNS = inside("closure", "half_turns")
 CLOSURE = CLOSED | inside("closure", "ruling", "twist")
 WALLS = inside("wall", "point", "normal", "stiffness", "name")
 CONTACT = inside("contact", "itself", "distance", "section")
+#: On segments that follow what touches.
+FOLLOWED = inside("contact", "joints")
 OBSTACLES = inside(
     "obstacle", "kind", "point", "radius", "axis", "normal", "size", "angle", "rounding", "inside", "name"
 )
@@ -69,6 +71,7 @@ RIBBON_SOLVER = inside("model", "formulation", "held_by", "solver")
 RIBBON_CHOICE = inside("model", "accuracy", "in_plane")
 MODEL = ENERGY | STIFFNESS | ELEMENTS | BUDGET | TOLERANCE | ARC_LENGTH | RIBBON_SOLVER | RIBBON_CHOICE
 SEED = inside("seed", "curvature", "ruling")
+DRAWN = inside("seed", "curve")
 PATH: Keys = frozenset({"path"})
 SHELL = inside(
     "shell", "width_to_thickness", "clamp", "elements", "corner", "tolerance", "goal", "grading", "edge_layer", "start",

@@ -166,6 +166,16 @@ class SceneData(Sections):
         return self.apart is not None and self.contact is not None and self.contact.section == "round"
 
     @property
+    def follows(self) -> bool:
+        """Whether segments follow what the rod touches itself with."""
+        return self.round_rod and self.contact is not None and self.contact.joints == "follow"
+
+    @property
+    def seed_points(self) -> NDArray[np.float64] | None:
+        """The drawn curve in units of l, shape (k, 3); None: there is none."""
+        return None if self.seed.curve is None else np.array(self.seed.curve) / self.strip.length
+
+    @property
     def tip_load(self) -> float:
         """Load at s = 1 along -up in D w / l^2 (Y I / l^2 of a rod): M g l^2 / (Y I) of a mass M; 0.0 without one."""
         if self.tip is None or self.gravity is None:

@@ -44,6 +44,7 @@ class Kind(enum.Enum):
     PAIR = "two numbers"
     VECTOR = "three numbers"
     DIRECTION = "unit vector"
+    POINTS = "a CSV file of x, y, z, or points [[x, y, z], ...]"
     COUNT = "whole number"
     COUNTS = "two whole numbers"
     TRUTH = "true or false"
@@ -59,7 +60,7 @@ _WITHIN = {
 }
 """How a sentence names the kind, before the range and the unit."""
 
-_BEHIND = (Kind.NUMBERS, Kind.LINEAR, Kind.LAW, Kind.PIECEWISE)
+_BEHIND = (Kind.NUMBERS, Kind.LINEAR, Kind.LAW, Kind.PIECEWISE, Kind.POINTS)
 """Kinds that a sentence names behind a colon."""
 
 

@@ -224,6 +224,10 @@ def _leaves_its_energy_open(model: ModelSpec, strip: StripSpec) -> bool:
 
 def _seed(table: Table, strip: StripSpec) -> SeedSpec:
     seed = table.read(SeedSpec)
+    if seed.curve is not None:
+        for name in ("curvature", "ruling"):
+            if name in table:
+                raise table.bad(name, "and seed.curve both say where the strip begins", "remove one of the two")
     _check_times_length(table, "curvature", seed.curvature or (), strip)
     pieces = len(seed.ruling) - 1
     bound = 2.0 * strip.length / (strip.width * pieces)
@@ -255,6 +259,11 @@ def _contact(table: Table, strip: StripSpec) -> ContactSpec:
         )
     if contact.itself and contact.distance is None and strip.thickness is None:
         raise missing("contact.distance", contract.KEYS, "give it, or strip.thickness")
+    if contact.joints == "follow" and not (contact.itself and contact.section == "round"):
+        raise table.bad(
+            "joints", "is for a round rod that touches itself",
+            'add itself = true and section = "round", or leave joints out',
+        )  # fmt: skip
     least = NEAREST * strip.length
     if contact.itself and contact.distance is None and strip.thickness is not None and strip.thickness < least:
         problem = f"is strip.thickness = {strip.thickness}, nearer than parts of a strip can be kept apart"

@@ -20,6 +20,7 @@ from compare.scene.change import canonical_of, changed, document_of, given_keys
 from compare.scene.check import check_geometry
 from compare.scene.data import SceneData
 from compare.scene.declare import Kind
+from compare.scene.inputs.curve import with_points
 from compare.scene.inputs.known import check_known
 from compare.scene.inputs.plausible import implausible
 from compare.scene.inputs.source import name_of, shipped, text_of, text_of_shipped
@@ -170,6 +171,7 @@ def parse_assignment(text: str) -> tuple[str, Any]:
 
 
 def _build(document: Mapping[str, Any], source: str) -> Scene:
+    document = with_points(document, source)
     sections = read_sections(document)
     name = name_of(source, sections.title)
     said = {**vars(sections), "title": sections.title or one_line(name)}

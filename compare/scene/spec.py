@@ -389,6 +389,11 @@ class ContactSpec:
         choices={"strip": "its surface, between its edges too",
                  "round": "a round rod about the centreline, its diameter the distance"}
     )
+    joints: str = key(
+        Kind.CHOICE, "where the segments of a round rod end", example='"follow"', default="still", newer=True,
+        choices={"still": "where model.elements puts them",
+                 "follow": "at what touches too: places of contact, ends of lines of contact, all along these"}
+    )
 
 
 @dataclass(frozen=True)
@@ -551,6 +556,11 @@ class SeedSpec:
     ruling: tuple[float, ...] = key(
         Kind.PIECEWISE, "starting ruling eta = tan(angle)", NONE, example="0.0", default=(0.0, 0.0),
         known="-1e3 <= eta <= 1e3"
+    )
+    curve: tuple[Vector, ...] | None = key(
+        Kind.POINTS, "starting centreline, drawn from the start to the end of the strip", LENGTH,
+        example="[[0.0, 0.0, 0.0], [0.0, 0.1, 0.2], [0.1, 0.0, 0.4], [0.0, 0.0, 0.6]]", default=None, newer=True,
+        note="a file stands beside the scene's; instead of curvature and ruling"
     )
 
 

@@ -126,6 +126,8 @@ class Table:
                 return self._numbers(name, [value], entry=False)[0]
             case Kind.VECTOR:
                 return self._vector(name, value)
+            case Kind.POINTS:
+                return self._places(name, value)
             case Kind.DIRECTION:
                 return self._direction(name, value)
             case Kind.COUNT:
@@ -152,6 +154,13 @@ class Table:
         if not all(isinstance(item, list) and len(item) == 2 for item in value):
             raise self.bad(name, "is a table with an entry that is not [s, value]")
         return tuple((self._as_number(name, s), self._as_number(name, y)) for s, y in value)
+
+    def _places(self, name: str, value: Any) -> tuple[tuple[float, float, float], ...]:
+        """Points in space; a file's are put in its place before (`compare.scene.inputs.curve`)."""
+        points = isinstance(value, list) and value and all(isinstance(item, list) and len(item) == 3 for item in value)
+        if not points:
+            raise self.bad(name, "is not a list of points [x, y, z]")
+        return tuple(self._vector(name, item) for item in value)
 
     def _law(self, name: str, value: Any, kind: Kind) -> tuple[float, ...]:
         """A list of numbers; where the kind allows one number, it stands for all."""

@@ -16,6 +16,7 @@ from ribbon.contact import Barrier
 from ribbon.find import doubling, minima, stretched
 from ribbon.find.bands import folds
 from ribbon.find.friction import path as rubbing
+from ribbon.find.jointed import drawn
 from ribbon.find.solving import check as _check
 from ribbon.find.solving import coarse, search, start
 from ribbon.find.solving import refine as _refine
@@ -244,8 +245,11 @@ def refine(
     """The same scene on segments cut into `parts`, started from `equilibrium`: the same branch, a smaller error.
 
     The distance to the coarser result estimates the coarser result's discretisation error. Keywords as in `solve_from`.
-    At the end of a path with friction the last increment is gone again on them, from the same places.
+    Segments that follow what a round rod touches follow again when they are cut in two. At the end of a path with
+    friction the last increment is gone again on them, from the same places.
     """
+    if equilibrium.jointed is not None and parts == 2:
+        return drawn.halved(equilibrium)
     if equilibrium.before is not None:
         return rubbing.finer(equilibrium, parts, How(options, progress))
     return _refine.cut_into(equilibrium, parts, How(options, progress, leave_saddle, check))

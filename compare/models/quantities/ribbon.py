@@ -39,6 +39,14 @@ def _contacts(a: Answered) -> Any:
     return ABSENT if a.scene.apart is None else [asdict(pair) for pair in a.state.native.pairs]
 
 
+def _contact_lines(a: Answered) -> Any:
+    """Lines along which a round rod touches itself, of a scene whose segments follow them."""
+    if not a.scene.follows:
+        return ABSENT
+    here = a.state.native.jointed
+    return None if here is None else here.lines()
+
+
 def _taut(a: Answered, name: str) -> Any:
     """Of a straight strip whose forces are not determined: what its tension and sag would be (`taut`)."""
     from compare.models.ribbon.taut import taut
@@ -108,6 +116,8 @@ QUANTITIES: tuple[Quantity[Answered], ...] = (
     Quantity("penetration", unit="l", kind=DATA,
              of=lambda a: ABSENT if a.state.native.penetration is None else a.state.native.penetration),
     Quantity("contacts", kind=DATA, of=_contacts),
+    Quantity("contact_lines", kind=DATA, note="lines of contact of a round rod whose segments follow them",
+             of=_contact_lines),
     Quantity("taut_tension", unit="D w / l^2", kind=DATA, of=lambda a: _taut(a, "tension")),
     Quantity("taut_sag", unit="l", kind=DATA, of=lambda a: _taut(a, "sag")),
     Quantity("share", kind=DATA, of=lambda a: _stretching(a, "share")),

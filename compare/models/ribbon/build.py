@@ -122,7 +122,7 @@ def requested_formulation(scene: Scene) -> str:
     (Its steps start warm with multipliers, and stages may hold what the chained model cannot.)
     """
     requested = scene.model.formulation
-    return "mixed" if requested == "auto" and scene.path else requested
+    return "mixed" if requested == "auto" and (scene.path or scene.seed.curve is not None) else requested
 
 
 def build_arguments(scene: Scene) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import math
 
 from compare.models.base import Variant
 from compare.models.ribbon.build import has_free_twist, needs_thickness, relative_thickness, ribbon_energy
+from compare.scene.inputs.curve import fault
 from compare.scene.inputs.law import values
 from compare.scene.scene import Scene
 from compare.scene.spec import THIN
@@ -62,6 +63,27 @@ def refusal(scene: Scene) -> BadInput | None:
         remedy = 'choose "mixed" or "auto"'
         return BadInput("model.formulation", "matrix", f'knows rulings only, and "{energy}" has none', remedy)
     return None if energy == FINITE else _ruling(scene, energy)
+
+
+def of_a_curve(scene: Scene) -> BadInput | None:
+    """Why the ribbon cannot begin in the scene's drawn curve, or have segments that follow what touches; None: it can,
+    or is not asked to."""
+    if scene.follows:
+        if ribbon_energy(scene) != "kirchhoff":
+            remedy = 'choose model.energy = "kirchhoff", or leave contact.joints out'
+            problem = f'is of a round rod, and the energy is "{scene.model.energy}"'
+            return BadInput("contact.joints", "follow", problem, remedy)
+        if scene.model.tolerance is not None:
+            problem = "places segments, and so does contact.joints"
+            return BadInput("model.tolerance", scene.model.tolerance, problem, "give model.elements")
+    if scene.seed.curve is None:
+        return None
+    if not has_free_twist(scene) or scene.model.in_plane is False or scene.model.accuracy is not None:
+        problem = f'begins in space, and the energy "{scene.model.energy}" bends across its plane alone'
+        return BadInput("seed.curve", None, problem, 'choose model.energy = "kirchhoff", or give seed.curvature')
+    if scene.model.formulation not in ("auto", "mixed"):
+        return BadInput("model.formulation", scene.model.formulation, "does not begin in seed.curve", 'choose "auto"')
+    return fault(scene.stages()[0])
 
 
 def _shape(scene: Scene, energy: str) -> BadInput | None:

@@ -69,6 +69,7 @@ class RibbonModel(Model):
     reads = (
         keys.STRIP | keys.SHAPED | keys.TIP | keys.WEIGHT | keys.OVER_THE_SURFACE | keys.BOTH_CLAMPS | keys.CLOSURE
         | keys.HALF_TURNS | keys.WALLS | keys.OBSTACLES | keys.FRICTION | keys.CONTACT
+        | keys.FOLLOWED | keys.DRAWN
         | keys.MODEL - keys.ARC_LENGTH | keys.SEED
         | keys.PATH
     )  # fmt: skip
@@ -94,9 +95,9 @@ class RibbonModel(Model):
                 'choose formulation = "auto", "chained" or "mixed", or give model.elements',
             )  # fmt: skip
         from compare.models.holds.friction import refused
-        from compare.models.ribbon.free import refusal
+        from compare.models.ribbon.free import of_a_curve, refusal
 
-        return refused(scene) or refusal(scene)
+        return refused(scene) or refusal(scene) or of_a_curve(scene)
 
     def variants(self, scene: Scene) -> tuple[Variant, ...]:
         """One; of an energy with a thickness one for each w/h of the scene."""

@@ -44,6 +44,10 @@ def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium
     from ribbon import solve
     from ribbon.find.adaptive import solve_to_tolerance
 
+    if scene.seed.curve is not None or scene.follows:
+        from compare.models.ribbon.stages import begun, followed
+
+        return lambda: followed(scene, begun(scene, leave_saddle))
     arguments = {**ribbon_arguments(scene), "budget": scene.model.budget}
     tolerance = scene.model.tolerance
     if tolerance is None:
@@ -63,6 +67,8 @@ def together(scene: Scene) -> Hashable | None:
 
     model = scene.model
     held = scene.start_clamped and scene.clamp_end is None and scene.closure is None and not scene.barriers
+    if scene.seed.curve is not None or scene.follows:
+        return None
     exact = scene.gravity is not None and scene.gravity.exact
     if not held or exact or scene.path or model.tolerance is not None or model.accuracy is not None:
         return None

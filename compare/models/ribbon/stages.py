@@ -230,9 +230,12 @@ class _Walk:
         """The first stage, from its seed."""
         first = self.stages[0]
         clock = time.perf_counter()
-        arguments = {**ribbon_arguments(first), "formulation": _formulation(first)}
-        arguments["walls"] = tuple(replace(wall, friction=0.0) for wall in arguments["walls"])  # put there without
-        found = solve(**arguments, leave_saddle=self.leave_saddle, budget=first.model.budget)
+        if first.seed.curve is not None:
+            found = begun(first, self.leave_saddle)
+        else:
+            arguments = {**ribbon_arguments(first), "formulation": _formulation(first)}
+            arguments["walls"] = tuple(replace(wall, friction=0.0) for wall in arguments["walls"])  # put there without
+            found = solve(**arguments, leave_saddle=self.leave_saddle, budget=first.model.budget)
         entry = self._solved(0, 1.0, found, time.perf_counter() - clock)
         return self._accept(_Place(0, 1.0, found, (entry,)))
 
@@ -312,6 +315,26 @@ def _formulation(scene: Scene) -> str:
     return "mixed" if scene.model.formulation == "auto" else scene.model.formulation
 
 
+def begun(scene: Scene, leave_saddle: bool = False) -> Equilibrium:
+    """From the scene's seed: from its drawn curve, or from its curvature, on segments that stand still."""
+    from compare.models.ribbon.build import build_arguments
+    from ribbon.find.jointed import drawn
+    from ribbon.find.solving.request import How, Request
+
+    budget = scene.model.budget
+    if scene.seed_points is None:
+        return solve(**ribbon_arguments(scene), budget=budget, leave_saddle=leave_saddle)
+    request = Request.of(**build_arguments(scene))
+    return drawn.solved(request, scene.seed_points, How(leave_saddle=leave_saddle), budget)
+
+
+def followed(scene: Scene, state: Equilibrium) -> Equilibrium:
+    """The state on segments that follow what the rod touches itself with, where the scene asks for it."""
+    from ribbon.find.jointed import drawn
+
+    return drawn.following(state, scene.model.budget) if scene.follows else state
+
+
 def run_key(scene: Scene, leave_saddle: bool) -> str:
     """What a kept state belongs to: the scene, the option, and all that goes the way: versions, and the sources of
     this module."""
@@ -345,5 +368,9 @@ def run_way(
         with within(scene.model.budget):
             found = refine_to_tolerance(bare, scene.model.tolerance, leave_saddle=leave_saddle, strict=scene.strict)
         found = replace(found, log=log)
+    if scene.follows and found.status in _GOOD:
+        if progress is not None:
+            progress("path: segments that follow what touches")
+        found = followed(scene, found)
     keeper.remove()
     return LoadPath(found, len(walk.stages), walk.solved, resumed, None if keeper.film is None else keeper.film.states)

@@ -66,6 +66,21 @@ class Jointed:
         where = self.state.problem.block_slices().get("pairs")
         return np.empty(0) if where is None else np.asarray(-self.state.rows[where])
 
+    def lines(self) -> list[dict[str, Any]]:
+        """Each line of contact: `s` and `s_other`, where it begins and ends on both strands (over l); `force`, what it
+        pushes with in all (D w / l^2); and at its stations `at` (over l) that `share` of it (sums to `force`): at both
+        ends a force of its own and half a step of what is spread over the line."""
+        found, k = [], len(self.touching.places)
+        for line in self.touching.lines:
+            own = self.pushes[k : k + line.rows]
+            k += line.rows
+            ends = [line.facing[0], line.facing[-1]]
+            found.append({
+                "s": [line.begin, line.end], "s_other": ends, "force": float(own.sum()),
+                "at": line.stations[: line.rows].tolist(), "share": own.tolist(),
+            })  # fmt: skip
+        return found
+
 
 def begun(state: Equilibrium) -> Touching:
     """What touches in an equilibrium on segments that do not follow it."""

@@ -55,6 +55,7 @@ HOMES: dict[str, dict[str, str | None]] = {
     "uncertainty.young": SI,
     "uncertainty.density": SI,
     "contact": {"strip.thickness": "3e-4"},
+    "contact.joints": {"contact.itself": "true", "contact.distance": "1e-3", "contact.section": '"round"'},
     "shell.corner": {"shell.clamp": '"corners"'},
 }
 """What a scene says beside a level clamped strip with weight, for a key, or the keys of a section, to be right."""
@@ -104,6 +105,8 @@ def expected(about: Key, raw: str) -> object:
         return (value, value)
     if about.kind is Kind.NUMBERS and not isinstance(value, list):
         return (value,)
+    if about.kind is Kind.POINTS:
+        return tuple(map(tuple, value))
     return tuple(value) if isinstance(value, list) else value
 
 
@@ -217,6 +220,7 @@ OTHER_KINDS = {
     Kind.LIST: ("1.0", '"xyz"', "[]", '["xyz"]'),
     Kind.PAIR: ("0.5", "[0.5]", "[0.5, 0.5, 0.5]", '["xyz", 0.5]'),
     Kind.VECTOR: ("1.0", "[1.0, 0.0]", '["xyz", 0.0, 0.0]', '"xyz"', "[true, 0.0, 0.0]"),
+    Kind.POINTS: ("1.0", "[1.0]", "[[0.0, 0.0]]", "[[0.0, 0.0, true]]"),
     Kind.DIRECTION: ("1.0", "[1.0, 0.0]", '["xyz", 0.0, 0.0]', '"xyz"', "[2.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]"),
     Kind.COUNT: ("1.5", "2.0", '"xyz"', "true", "[2]"),
     Kind.COUNTS: ("3", "[3]", "[3, 4, 5]", "[3, 4.0]", "[3, true]"),
@@ -234,6 +238,7 @@ SHAPES = {
     Kind.LIST: ("[{}]", "[0.5, {}]"),
     Kind.PAIR: ("[0.5, {}]", "[{}, 0.5]"),
     Kind.VECTOR: ("[0.0, 0.0, {}]", "[{}, 0.0, 0.0]"),
+    Kind.POINTS: ("[[0.0, 0.0, {}]]",),
     Kind.DIRECTION: ("[0.0, 1.0, {}]", "[{}, 1.0, 0.0]"),
     Kind.COUNT: ("{}",),
     Kind.COUNTS: ("[3, {}]", "[{}, 3]"),
@@ -343,7 +348,7 @@ def test_what_says_no_range_is_an_error(said):
 
 def test_the_keys_that_a_model_reads_are_named_by_section_or_key():
     assert within("clamp.start") | within("clamp.end") == within("clamp")
-    assert within("strip.gamma", "seed") == {"strip.gamma", "seed.curvature", "seed.ruling"}
+    assert within("strip.gamma", "seed") == {"strip.gamma", "seed.curvature", "seed.ruling", "seed.curve"}
     assert within("path") == {"path"}
     with pytest.raises(ValueError, match="widht"):
         within("strip.widht")

@@ -2,7 +2,7 @@
 
 It begins at a curve without contact and goes downhill without going through itself; then it is followed over the
 distance of its clamps and over its diameter, on segments that follow what touches. Beside it the braid of a loose knot
-by shooting (`tests.reference.braid`), a polygon with springs (`tests.reference.knotted_polyline`) and the knot's
+by shooting (`tests.reference.braid`), a polygon with springs (`ribbon.find.jointed.polygon`) and the knot's
 determinant (`tests.reference.knot_type`).
 """
 
@@ -17,6 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ribbon import Clamp
+from ribbon.find.jointed import polygon as polylines
 from ribbon.find.jointed import rounds
 from ribbon.find.jointed.path import followed, refined
 from ribbon.find.jointed.rounds import Jointed, settled
@@ -27,7 +28,6 @@ from ribbon.find.solving.request import How
 from ribbon.find.solving.verdict import judged
 from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers.problem import Minimum
-from tests.reference import knotted_polyline as polylines
 from tests.reference.braid import overhand
 from tests.reference.knot_type import closed_far, determinant
 from tests.validation import page
@@ -96,13 +96,14 @@ def untwisted(knot: Knot) -> Knot:
 @cache
 def polygon() -> polylines.Polyline:
     """The knot as a polygon with springs, its strands a little farther from each other than they may be."""
-    return polylines.relaxed(polylines.overhand(DISTANCE), _CLEAR * DIAMETER, EDGES, DISTANCE)
+    return polylines.relaxed(polylines.overhand(DISTANCE), _CLEAR * DIAMETER, EDGES, polylines.along_z(DISTANCE))
 
 
 def downhill() -> Knot:
     """The equilibrium downhill of the polygon: minutes."""
     s = np.linspace(0.0, 1.0, SEGMENTS + 1)
-    one, other, turn, _ = polylines.fields(polygon().points, s, False)
+    one, other, arrives, _ = polylines.fields(polygon().points, s, polylines.along_z(DISTANCE))
+    turn = polylines.about_z(arrives)
     problem = rod(turn, DISTANCE, DIAMETER, SEGMENTS)
     state = landed(problem, problem.state(-one, np.zeros(s.size), other), How(check=False))
     length = 1.0 / SEGMENTS
@@ -417,7 +418,7 @@ def run(out: Path) -> dict[str, Number]:
     scaled.append(["to 0", "0", *(f"{v:.3f} +- {e:.3f}" for v, e in zip(zero, open_, strict=True))])
     scaled.append(["changed by the last halving", "", *(f"{v:.4f}" for v in meshes)])
     scaled.append(["braid", "0", *(f"{v:.5f}" for v in theory)])
-    soft = polylines.relaxed(polylines.overhand(DISTANCE), DIAMETER, EDGES, DISTANCE)
+    soft = polylines.relaxed(polylines.overhand(DISTANCE), DIAMETER, EDGES, polylines.along_z(DISTANCE))
     energy, own = halved(HALVED).state.energy.total, measured(halved(HALVED))
     soft_off = abs(soft.energy / energy - 1.0)
     _picture(out / "knots.png")

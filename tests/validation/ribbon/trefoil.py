@@ -13,6 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ribbon import Clamp
+from ribbon.find.jointed import polygon as polylines
 from ribbon.find.jointed.path import refined
 from ribbon.find.jointed.rounds import Jointed, settled
 from ribbon.find.jointed.touching import Line, Touching
@@ -21,7 +22,6 @@ from ribbon.find.solving.request import How
 from ribbon.find.solving.verdict import judged
 from ribbon.problems.mixed import MixedProblem
 from ribbon.solvers.problem import Minimum
-from tests.reference import knotted_polyline as polylines
 from tests.reference.knot_type import determinant
 from tests.reference.trefoil_limit import thin
 from tests.validation import page
@@ -49,7 +49,8 @@ def drawn(diameter: float, segments: int) -> tuple[float, Jointed]:
     """Turn (rad) and shape of a torus's trefoil, its seam where it crosses its axis of symmetry, with the multipliers
     that balance it best."""
     s = np.linspace(0.0, 1.0, segments + 1)
-    one, other, turn, _ = polylines.fields(polylines.trefoil(2.0 * np.pi * diameter), s, True)
+    one, other, arrives, _ = polylines.fields(polylines.trefoil(2.0 * np.pi * diameter), s, None)
+    turn = polylines.about_z(arrives)
     stations = np.linspace(0.5, 1.0, segments // 2 + 1)
     touching = Touching((), (Line(0.0, 0.5, tuple(map(float, stations)), True),))
     problem = ring(turn, diameter, segments)

@@ -1,14 +1,17 @@
-"""Knotted rods without twist as polygons whose strands push each other away: where to begin, and a second opinion.
+"""Drawn curves as rods without twist: polygons whose strands push each other away, to begin a search at.
 
 A rod of bending stiffness 1, length 1 and diameter d is a polygon of n edges of length h. It bends (energy sum
 |r_(i+1) - 2 r_i + r_(i-1)|^2 / (2 h^3)), its edges are all but stiff, and vertices farther from each other along it
 than pi d / 2 push where they are nearer than d, with a spring. That is minimised by L-BFGS. A spring is soft, vertices
 are not strands: energies are good to percents. No code is shared with any solver of the package.
+
+What becomes of it on segments: `ribbon.find.jointed.drawn`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +22,21 @@ FloatArray = NDArray[np.float64]
 
 #: Stiffness of an edge, of a spring over h^2 / d; iterations.
 _EDGE, _SPRING, _MOST = 2e5, 1e8, 6000
+
+
+class Ends(NamedTuple):
+    """Where a curve begins and ends, points (3,) in l, and its tangents there, unit vectors (3,)."""
+
+    first: FloatArray
+    last: FloatArray
+    leaves: FloatArray
+    arrives: FloatArray
+
+
+def along_z(distance: float) -> Ends:
+    """Ends so far apart (l) along z, the first at the origin, with tangents along z."""
+    up = np.array([0.0, 0.0, 1.0])
+    return Ends(np.zeros(3), distance * up, up, up)
 
 
 @dataclass(frozen=True)
@@ -56,7 +74,7 @@ def overhand(distance: float) -> FloatArray:
     for _ in range(60):
         low = np.stack([np.zeros(6), np.zeros(6), np.linspace(-b - tail, -b - 0.35 * tail, 6)], axis=1)
         points = np.vstack([low, ways, low[::-1] * [1.0, 1.0, -1.0]])
-        length = _length(points, clamped=True)
+        length = length_of(points, along_z(distance))
         off = distance - 2.0 * (b + tail) / length
         if abs(off) < 1e-6:
             break
@@ -70,16 +88,17 @@ def trefoil(radius: float = 0.35) -> FloatArray:
     t = np.linspace(0.0, 2.0 * np.pi, 241)
     out = 1.0 + radius * np.cos(3.0 * t)
     points = np.stack([out * np.cos(2.0 * t), out * np.sin(2.0 * t), radius * np.sin(3.0 * t)], axis=1)
-    return points / _length(points, clamped=False)
+    return points / length_of(points, None)
 
 
-def relaxed(points: FloatArray, diameter: float, edges: int, distance: float | None = None) -> Polyline:
-    """The polygon of so many edges that an equilibrium of points (k, 3) has become; distance: to which its ends, held
-    along z, are moved; None: it is closed."""
-    closed = distance is None
-    x = _even(points, edges, closed)
-    if distance is not None:
-        x[:, 2] += (distance - (x[-1, 2] - x[0, 2])) * (np.arange(edges + 1) / edges - 0.5)
+def relaxed(points: FloatArray, diameter: float, edges: int, ends: Ends | None = None) -> Polyline:
+    """The polygon of so many edges that an equilibrium of points (k, 3), of any length, has become; ends: to which it
+    is moved, and along which it is held; None: it is closed."""
+    closed = ends is None
+    x = _even(points, edges, ends)
+    if ends is not None:
+        share = (np.arange(edges + 1) / edges)[:, None]
+        x += (1.0 - share) * (ends.first - x[0]) + share * (ends.last - x[-1])
     h, free = 1.0 / edges, edges if closed else edges + 1
     i, j = np.triu_indices(free, int(np.ceil(0.5 * np.pi * diameter / h)) + 1)
     if closed:
@@ -138,38 +157,51 @@ def relaxed(points: FloatArray, diameter: float, edges: int, distance: float | N
     return Polyline(np.vstack([x, x[:1]]) if closed else x, energy, clusters)
 
 
-def fields(points: FloatArray, at: FloatArray, closed: bool) -> tuple[FloatArray, FloatArray, float, FloatArray]:
+def fields(
+    points: FloatArray, at: FloatArray, ends: Ends | None, normal: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Of a smooth curve through points (k, 3), scaled to length 1, at abscissae `at` (p,): the curvature vector's parts
-    (p,) along two directions that are carried along without twist (R. L. Bishop 1975), e_2 at first and its cross
-    product with the tangent; the angle (rad) from e_2, carried, to what it is at the end, about the tangent, which is
-    e_3 at both ends, and places (p, 3). A closed curve is turned, so that it begins along e_3."""
+    (p,) along two directions that are carried along without twist (R. L. Bishop 1975), `normal` (e_2 where None) at
+    first and its cross product with the tangent; that normal (3,) as it arrives, and places (p, 3). ends: whose
+    tangents it has; None: a closed curve, which is turned, so that it begins along e_3."""
     d = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     fine = np.linspace(0.0, d[-1], 6001)
-    if closed:
+    if ends is None:
         spline = make_interp_spline(d, np.vstack([points[:-1], points[:1]]), k=5, bc_type="periodic")
     else:
-        along = ([(1, np.array([0.0, 0.0, 1.0])), (2, np.zeros(3))],) * 2
+        along = tuple([(1, tangent), (2, np.zeros(3))] for tangent in (ends.leaves, ends.arrives))
         spline = make_interp_spline(d, points, k=5, bc_type=along)
     r, first, second = spline(fine), spline(fine, 1), spline(fine, 2)
     speed = np.linalg.norm(first, axis=1)
     u = first / speed[:, None]
-    if closed:
+    if ends is None:
         turn = _onto(u[0], np.array([0.0, 0.0, 1.0]))
         r, u, second = r @ turn.T, u @ turn.T, second @ turn.T
     bend = (second - np.einsum("ki,ki->k", second, u)[:, None] * u) / speed[:, None] ** 2
     s = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(fine))])
+    w = _carried(np.array([0.0, 1.0, 0.0]) if normal is None else normal, r, u)
+    parts = (bend * w).sum(axis=1) * s[-1], (bend * np.cross(w, u)).sum(axis=1) * s[-1]
+    where = s / s[-1]
+    places = np.stack([np.interp(at, where, (r[:, k] - r[0, k]) / s[-1]) for k in range(3)], axis=1)
+    return np.interp(at, where, parts[0]), np.interp(at, where, parts[1]), w[-1], places
+
+
+def _carried(normal: FloatArray, r: FloatArray, u: FloatArray) -> FloatArray:
+    """A normal (3,) carried without twist along points r (k, 3) with tangents u (k, 3): (k, 3), by double reflection
+    (W. Wang et al. 2008, doi:10.1145/1330511.1330513)."""
     w = np.empty_like(u)
-    w[0] = (0.0, 1.0, 0.0)
-    for k in range(len(u) - 1):  # double reflection (W. Wang et al. 2008, doi:10.1145/1330511.1330513)
+    w[0] = normal
+    for k in range(len(u) - 1):
         a = r[k + 1] - r[k]
         one, tangent = (v - 2.0 * (a @ v) / (a @ a) * a for v in (w[k], u[k]))
         b = u[k + 1] - tangent
         w[k + 1] = one - 2.0 * (b @ one) / (b @ b) * b if b @ b > 1e-30 else one
-    parts = (bend * w).sum(axis=1) * s[-1], (bend * np.cross(w, u)).sum(axis=1) * s[-1]
-    where = s / s[-1]
-    places = np.stack([np.interp(at, where, (r[:, k] - r[0, k]) / s[-1]) for k in range(3)], axis=1)
-    angle = float(np.arctan2(-w[-1, 0], w[-1, 1]))
-    return np.interp(at, where, parts[0]), np.interp(at, where, parts[1]), angle, places
+    return w
+
+
+def about_z(normal: FloatArray) -> float:
+    """The angle (rad) from e_2 to a normal (3,) across e_3, about e_3."""
+    return float(np.arctan2(-normal[0], normal[1]))
 
 
 def _clusters(s: FloatArray, other: FloatArray, force: FloatArray, near: float) -> tuple[Cluster, ...]:
@@ -193,23 +225,25 @@ def _clusters(s: FloatArray, other: FloatArray, force: FloatArray, near: float) 
     return tuple(sorted((each for each in out if each.force > 0.02 * most), key=lambda each: each.s))
 
 
-def _spline(points: FloatArray, clamped: bool) -> tuple[CubicSpline, FloatArray, FloatArray]:
+def _spline(points: FloatArray, ends: Ends | None) -> tuple[CubicSpline, FloatArray, FloatArray]:
     d = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    up = np.array([0.0, 0.0, 1.0])
-    own = np.vstack([points[:-1], points[:1]]) if not clamped else points
-    spline = CubicSpline(d, own, bc_type=((1, up), (1, up)) if clamped else "periodic")
+    if ends is None:
+        spline = CubicSpline(d, np.vstack([points[:-1], points[:1]]), bc_type="periodic")
+    else:
+        spline = CubicSpline(d, points, bc_type=((1, ends.leaves), (1, ends.arrives)))
     t = np.linspace(0.0, d[-1], 20001)
     speed = np.linalg.norm(spline(t, 1), axis=1)
     return spline, t, np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t))])
 
 
-def _length(points: FloatArray, clamped: bool) -> float:
-    return float(_spline(points, clamped)[2][-1])
+def length_of(points: FloatArray, ends: Ends | None) -> float:
+    """The length of the smooth curve through points (k, 3)."""
+    return float(_spline(points, ends)[2][-1])
 
 
-def _even(points: FloatArray, edges: int, closed: bool) -> FloatArray:
+def _even(points: FloatArray, edges: int, ends: Ends | None) -> FloatArray:
     """edges + 1 points at equal arc lengths."""
-    spline, t, s = _spline(points, not closed)
+    spline, t, s = _spline(points, ends)
     return np.asarray(spline(np.interp(np.linspace(0.0, s[-1], edges + 1), s, t))) / s[-1]
 
 
