@@ -73,6 +73,7 @@ def _member(name: str, scene: Scene, stiffness: float) -> Member:
         scene.seed.ruling,
         name,
         _load(scene),
+        _moment(scene),
     )  # fmt: skip
 
 
@@ -81,6 +82,11 @@ def _load(scene: Scene) -> tuple[float, float, float] | None:
         return None
     x, y, z = map(float, scene.tip_force)
     return x, y, z
+
+
+def _moment(scene: Scene) -> tuple[float, float, float] | None:
+    x, y, z = map(float, scene.tip_moment)
+    return (x, y, z) if x or y or z else None
 
 
 def _clamp(scene: Scene, end: str) -> Clamp | None:

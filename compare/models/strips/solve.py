@@ -23,7 +23,8 @@ from ribbonbench.errors import BadInput
 FloatArray = NDArray[np.float64]
 
 #: What ribbon.find.strips refuses -> where the scene says it.
-_KEYS = {"walls": "wall", "joint": "joint", "strips": "strip", "start": "contact.distance", "tip": "strip.tip"}
+_KEYS = {"walls": "wall", "joint": "joint", "strips": "strip", "start": "contact.distance", "tip": "strip.tip",
+         "moment": "strip.tip.moment"}  # fmt: skip
 #: Words of a status that has a shape and forces.
 _STATIONARY = ("converged", "saddle")
 
@@ -138,6 +139,8 @@ def _balance(scene: StripsScene, found: Any, k: int) -> float:
     pull = strip.problem.tip
     if pull is not None:
         wrenches.append(Wrench(over * strip.position([1.0])[0], unit / over * np.asarray(pull), np.zeros(3)))
+    if strip.problem.moment is not None:
+        wrenches.append(Wrench(np.zeros(3), np.zeros(3), unit * np.asarray(strip.problem.moment)))
     for joint in found.joints:
         for joined, sign in ((joint.other, 1.0), (joint.one, -1.0)):
             if joined.strip == k:

@@ -234,6 +234,8 @@ def _strip(state: StripsState, k: int) -> dict[str, Any]:
     }  # fmt: skip
     if strip.problem.tip is not None:
         found["tip_force"] = unit / over * np.asarray(strip.problem.tip)
+    if strip.problem.moment is not None:
+        found["tip_moment"] = unit * np.asarray(strip.problem.moment)
     forces, moments = {}, {}
     for place, support in (("start", strip.start), ("end", strip.end_support)):
         if support is not None and state.scene.clamped((k, 0 if place == "start" else -1)):

@@ -29,10 +29,6 @@ SHARED = ("gravity", "wall", "obstacle")
 _STIFFNESS = ("young", "thickness", "poisson")
 #: Keys of one strip that several refuse: why, and what to do.
 _WHY_NOT = {
-    "tip.moment": (
-        "has no energy where its direction is fixed in space, and states of several strips are minima of one",
-        "load both ends of a strip that is joined across with opposite tip.force",
-    ),
     "tip.tension": ("has no direction of its own among several strips", "give tip.force"),
 }
 

@@ -17,8 +17,8 @@ _MODEL = ("energy", "stiffness", "in_plane", "elements", "budget", "solver")
 #: Keys of [[wall]] that are not: plates on springs.
 _NOT_OF_WALLS = ("stiffness",)
 _CLAMP = ("position", "frame", "tangent", "normal", "ruling")
-#: Keys of [tip] that are: a tension has no direction of its own here, a moment of fixed direction no energy.
-_TIP = ("mass", "load", "force")
+#: Keys of [tip] that are: a tension has no direction of its own here.
+_TIP = ("mass", "load", "force", "moment")
 
 
 # fmt: off

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.find.strips import rubbing, solve, touch
+from ribbon.find.strips import moment, rubbing, solve, touch
 from ribbon.find.strips.result import StripsEquilibrium
 from ribbon.problems.strips.problem import StripsProblem
 from ribbon.result import Status
@@ -87,6 +87,7 @@ def stepped(problem: StripsProblem, state: StripsEquilibrium) -> StripsEquilibri
     old = state.problem
     turns = [old.own(state.x, k)[part.layout.joint(0).quaternion] for k, part in enumerate(old.parts)]
     bare = problem.with_parts([{"reference": tuple(map(float, turn))} for turn in turns])
+    bare = moment.taken_at(bare, state.x)
     held = bare.with_parts([{"touching": part.touching} for part in old.parts])
     if rubbing.rub(problem.parts[0].walls):
         return rubbing.increment(held, bare, state)

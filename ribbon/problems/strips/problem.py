@@ -27,9 +27,9 @@ from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems import order
 from ribbon.problems.conditions import LinearRows, Rows
 from ribbon.problems.layout import QUATERNION
-from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.strips.between import BetweenRows, Of, Touching
 from ribbon.problems.strips.joint import HELD, End, FrameRows, Joint
+from ribbon.problems.strips.part import Part
 from ribbon.strip import Strip
 
 FloatArray = NDArray[np.float64]
@@ -37,20 +37,6 @@ IntArray = NDArray[np.int64]
 
 #: Unknowns of a strip's start, position and quaternion.
 START = QUATERNION + 4
-
-
-@dataclass(frozen=True)
-class Part(MixedProblem):
-    """A strip among others: its joints hold it, so that none of its rigid motions is taken out."""
-
-    def free_motions(self) -> tuple[FloatArray, FloatArray]:
-        """None: what is free of it is the whole's."""
-        return np.empty((0, 3)), np.empty((0, 3))
-
-    @property
-    def is_held(self) -> bool:
-        """Whether a clamp holds position and frame of its start."""
-        return self.start_position is not None and self.start_quaternion is not None
 
 
 @dataclass(frozen=True)

@@ -285,10 +285,11 @@ steps = 3
 
 
 def test_loads_of_a_scene_are_in_its_units_and_come_up_along_its_path(tmp_path):
-    """A weight of 2 g and a force in N at two ends: the clamp carries both and what the strips weigh, in N."""
+    """A weight of 2 g with a moment and a force in N at two ends: the clamp carries both and what the strips weigh."""
     hung = {name: value for name, value in tomllib.loads(TABLE).items() if name != "wall"}
     hung["strip"][0]["tip"] = {"force": [0.0, 1e-3, 2e-3]}
     hung["strip"][1]["tip"] = {"mass": 2e-3}
+    hung["strip"][1]["tip"]["moment"] = [1e-5, 2e-5, 0.0]
     hung |= {"path": [{"strip.a.tip.force": [0.0, 0.0, 0.0]}], "model": {"energy": "kirchhoff", "elements": 6}}
     scene = build(hung)
     assert scene.stages[0].strips[0].tip_force == pytest.approx([0.0, 0.0, 0.0])
@@ -304,6 +305,8 @@ def test_loads_of_a_scene_are_in_its_units_and_come_up_along_its_path(tmp_path):
     found = json.loads((tmp_path / "result.json").read_text())
     mass = newton * np.array(found["strips"]["b"]["tip_force"])
     assert mass == pytest.approx([0.0, 0.0, -9.81 * 2e-3], rel=1e-9, abs=1e-12)
+    moment = newton * scene.first.strip.length * np.array(found["strips"]["b"]["tip_moment"])
+    assert moment == pytest.approx([1e-5, 2e-5, 0.0], rel=1e-9, abs=1e-15)
     assert found["energy"]["tip"] + found["energy"]["elastic"] + found["energy"]["gravity"] == pytest.approx(
         found["energy"]["total"], rel=1e-9
     )
