@@ -24,7 +24,7 @@ FloatArray = NDArray[np.float64]
 
 #: What ribbon.find.strips refuses -> where the scene says it.
 _KEYS = {"walls": "wall", "joint": "joint", "strips": "strip", "start": "contact.distance", "tip": "strip.tip",
-         "moment": "strip.tip.moment"}  # fmt: skip
+         "moment": "strip.tip.moment", "friction": "contact.friction"}  # fmt: skip
 #: Words of a status that has a shape and forces.
 _STATIONARY = ("converged", "saddle")
 
@@ -106,6 +106,7 @@ def _found(scene: StripsScene, leave_saddle: bool, say: Callable[[str], object] 
     budget, begin = scene.first.model.budget, scene.stages[0] if scene.stages else scene
     first = arguments(begin)
     first["walls"] = [replace(wall, friction=0.0) for wall in first["walls"]]  # put there without
+    first["friction"] = 0.0
     state = strips.solve(**first, leave_saddle=leave_saddle, budget=budget)
     went: list[Went] = []
     for number in range(len(scene.stages)):
@@ -149,6 +150,10 @@ def _balance(scene: StripsScene, found: Any, k: int) -> float:
         for number, at, sign in ((touch.one, touch.at, 1.0), (touch.other, touch.at_other, -1.0)):
             if number == k:
                 wrenches.append(Wrench(at, sign * touch.force, np.zeros(3)))
+    for slide in found.slides:
+        for number, sign in ((slide.one, 1.0), (slide.other, -1.0)):
+            if number == k:
+                wrenches.append(Wrench(slide.point, sign * slide.friction, np.zeros(3)))
     s, _ = abscissae()
     places = over * (_middle(strip, s) if scene.first.gravity and scene.first.gravity.exact else strip.position(s))
     pushes = [

@@ -271,7 +271,21 @@ def _contact(state: StripsState) -> dict[str, Any] | None:
             }
             for one in state.native.touching
         ],
+        **({"rubs": _rubs(state)} if state.scene.friction else {}),
     }  # fmt: skip
+
+
+def _rubs(state: StripsState) -> list[dict[str, Any]]:
+    """Where strips rub on each other: `force` on the first without friction stands beside, friction is on it too."""
+    names = state.scene.names
+    return [
+        {
+            "a": names[one.one], "b": names[one.other], "s": one.s, "v": one.v, "s_b": one.s_other, "v_b": one.v_other,
+            "point": one.point, "push": one.push, "friction": one.friction, "slip": one.slip,
+            "state": "slips" if one.slips else "sticks",
+        }
+        for one in state.native.slides
+    ]  # fmt: skip
 
 
 def write(out: Path, state: StripsState, again: str) -> None:

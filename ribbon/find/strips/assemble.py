@@ -71,15 +71,19 @@ def assembled(
     apart: float = 0.0,
     rulings: Sequence[str | None] | None = None,
     walls: Sequence[Barrier] = (),
+    friction: float = 0.0,
     **choices: bool | str | None,
 ) -> StripsProblem:
     """The problem of `members` with these joints; apart: distance that different strips keep, in their unit of length;
     rulings: of every joint, "straight" or "free" (None: free where the strip goes on or is pinned); walls: rigid
-    ones and obstacles that none of them can cross, in their unit of length; choices: `stiffness` and `in_plane` of the
-    energy. `RibbonInputError` for what contradicts itself."""
+    ones and obstacles that none of them can cross, in their unit of length; friction: Coulomb's coefficient between
+    strips that are kept apart, which acts along a path only (`ribbon.find.strips.sliding`); choices:
+    `stiffness` and `in_plane` of the energy. `RibbonInputError` for what contradicts itself."""
     if not members:
         raise RibbonInputError("strips", 0, "give one strip at least")
     _check_walls(walls, apart)
+    if not (np.isfinite(friction) and friction >= 0.0) or (friction and not apart):
+        raise RibbonInputError("friction", friction, "a coefficient >= 0, of strips that are kept apart")
     _check_joints(members, joints)
     loose = _loose(members, joints)
     weighty = gravity is not None and any(member.strip.gamma > 0 for member in members)
@@ -118,6 +122,7 @@ def assembled(
         tuple(member.stiffness * member.strip.width / member.strip.length / unit for member in members),
         tuple(joints),
         apart / first.strip.length,
+        mu=friction,
     )
 
 

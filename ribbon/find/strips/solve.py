@@ -66,14 +66,16 @@ def solve(
     leave_saddle: bool = True,
     budget: float | None = None,
     walls: Sequence[Barrier] = (),
+    friction: float = 0.0,
     **choices: bool | str | None,
 ) -> StripsEquilibrium:
     """Equilibrium of several strips; arguments as of `assembled`. leave_saddle: follow its unstable mode to a stable
     state; budget: time in s on the processor. Moments at ends grow from nothing, from the equilibrium without them.
     `RibbonInputError` on bad input."""
-    if any(wall.friction for wall in walls):
+    if friction or any(wall.friction for wall in walls):
+        key, value = ("friction", friction) if friction else ("walls", len(walls))
         raise RibbonInputError(
-            "walls", len(walls), "friction acts along a path only (`ribbon.find.strips.path`): without one every state "
+            key, value, "friction acts along a path only (`ribbon.find.strips.path`): without one every state "
             "within mu N is an equilibrium",
         )  # fmt: skip
     problem = assembled(members, joints, gravity, energy, apart, rulings, walls, **choices)

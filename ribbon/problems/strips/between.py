@@ -91,6 +91,20 @@ class BetweenRows(PairRows):
         own = np.ascontiguousarray(x[of.first : of.first + of.part.size])
         return Side(*(of.over * each for each in self.sides[side]._side(own, 0, t, second)))
 
+    def _wild(self, x: FloatArray) -> bool:
+        return any(
+            own._wild(np.ascontiguousarray(x[of.first : of.first + of.part.size]))
+            for own, of in zip(self.sides, self.of, strict=True)
+        )
+
+    def beyond(self, x: FloatArray) -> IntArray:
+        """As of one strip, each place of its own strip's segments."""
+        t = self._at(x)["t"][:, ::2]
+        length = np.stack([own.lengths[own.segments[0]] for own in self.sides], axis=1)
+        low, high = (bound[:, ::2] for bound in self._room)
+        low, high = np.maximum(low, -BEYOND * length), np.minimum(high, (1.0 + BEYOND) * length)
+        return (t >= high).astype(np.int64) - (t <= low).astype(np.int64)
+
     def places(self, x: FloatArray) -> FloatArray:
         """(s, u, s_other, u_other) (k, 4) of the nearest places, within their segments, over each strip's length."""
         t = self._at(x)["t"].copy()

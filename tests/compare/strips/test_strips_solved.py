@@ -265,7 +265,7 @@ def test_a_path_of_strips_leads_where_the_scene_itself_is():
 "strip.a.clamp.start.tangent" = [0.8, 0.0, 0.6]
 "strip.a.clamp.start.normal" = [-0.6, 0.0, 0.8]
 "wall.table.point" = [0.0, 0.0, -0.01]
-steps = 3
+steps = 2
 """
     few = {"model.elements": 6}
     scene, straight = loads(TABLE + way, "way", few), solved(loads(TABLE, "table", few), error=False)
@@ -342,6 +342,68 @@ def test_a_table_that_rubs_takes_what_coulomb_says(tmp_path):
     assert clamp[0] + table["friction"][0] == pytest.approx(0.0, abs=1e-6)
     work = -np.sum([np.array(rub["friction"]) @ rub["slip"] for rub in rubs])  # of the last of two increments
     assert 0.0 < work < found["friction_lost"]
+
+
+#: Two cantilevers that face each other, 0.05 apart, the tip of the heavy one drawn along the light one.
+RUBS = """
+[[strip]]
+name = "low"
+length = 1.0
+width = 0.05
+thickness = 0.01
+poisson = 0.3
+gamma = 0.0
+[strip.clamp.start]
+position = [-0.85, 0.0, 0.0]
+tangent = [1.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+
+[[strip]]
+name = "high"
+length = 1.0
+width = 0.05
+thickness = 0.01
+poisson = 0.3
+gamma = 3.0
+[strip.clamp.start]
+position = [0.88, 0.0, 0.055]
+tangent = [-1.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+
+[gravity]
+up = [0.0, 0.0, 1.0]
+[contact]
+distance = 0.05
+friction = 0.2
+[model]
+energy = "kirchhoff"
+elements = 8
+
+[[path]]
+"strip.high.clamp.start.position" = [0.85, 0.0, 0.055]
+[[path]]
+steps = 3
+"strip.high.clamp.start.position" = [0.88, 0.0, 0.055]
+"""
+
+
+def test_strips_rub_on_each_other_along_a_path(tmp_path):
+    """Each balances with friction at its point, what slides has mu N, and something was taken away."""
+    scene = loads(RUBS, "rubs")
+    state = solved(scene, error=False)
+    assert state.ok
+    assert max(state.balance) < BALANCED
+    write(tmp_path, state, "again")
+    found = json.loads((tmp_path / "result.json").read_text())
+    rubs = found["contact"]["rubs"]
+    assert {rub["state"] for rub in rubs} == {"slips"}
+    for rub in rubs:
+        assert np.linalg.norm(rub["friction"]) == pytest.approx(0.2 * rub["push"], rel=1e-6)
+    assert found["friction_lost"] > 1e-3
+    with pytest.raises(BadInput, match=r"contact.friction = 0.2: needs a \[\[path\]\]"):
+        solved(loads(RUBS[: RUBS.index("[[path]]")], "rubs"))
+    with pytest.raises(BadInput, match=r"contact.friction = -0.2"):
+        loads(RUBS, "rubs", {"contact.friction": -0.2})
 
 
 def test_friction_that_no_way_leads_to_is_refused():
