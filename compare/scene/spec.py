@@ -213,7 +213,8 @@ class TipSpec:
     )
     moment: Vector | None = key(
         Kind.VECTOR, "moment at s = length, its direction fixed", MOMENT,
-        example="[0.1, 0.0, 0.0]", default=None, newer=True, note="rods and shells", known="-1e4 <= M l / (D w) <= 1e4"
+        example="[0.1, 0.0, 0.0]", default=None, newer=True, note="rods, shells, ribbons among several strips",
+        known="-1e4 <= M l / (D w) <= 1e4"
     )
 
 

@@ -33,6 +33,11 @@ def check_model(scene: StripsScene) -> None:
     refusal = several_refused([stage.first for stage in (*before, scene)], scene.distance is not None)
     if refusal is not None:
         raise refusal
+    if scene.friction and not before:
+        raise BadInput(
+            "contact.friction", scene.friction, "needs a [[path]]: how strips that rub lie depends on the way there",
+            "add [[path]] stages that lead to the scene from elsewhere, or leave friction out",
+        )  # fmt: skip
     for name, strip in zip(scene.names, scene.strips, strict=True):
         if has_free_twist(strip) and strip.strip.thickness is None:
             about = KEYS["strip.thickness"]
@@ -54,6 +59,7 @@ def arguments(scene: StripsScene) -> dict[str, Any]:
         "rulings": [joint.spec.ruling for joint in scene.joints],
         "stiffness": first.model.stiffness,
         "in_plane": first.model.in_plane,
+        "friction": scene.friction,
         "walls": [wall.scaled(1.0 / first.strip.length) for wall in ribbon_walls(first)],
     }
 
@@ -73,6 +79,7 @@ def _member(name: str, scene: Scene, stiffness: float) -> Member:
         scene.seed.ruling,
         name,
         _load(scene),
+        _moment(scene),
     )  # fmt: skip
 
 
@@ -81,6 +88,11 @@ def _load(scene: Scene) -> tuple[float, float, float] | None:
         return None
     x, y, z = map(float, scene.tip_force)
     return x, y, z
+
+
+def _moment(scene: Scene) -> tuple[float, float, float] | None:
+    x, y, z = map(float, scene.tip_moment)
+    return (x, y, z) if x or y or z else None
 
 
 def _clamp(scene: Scene, end: str) -> Clamp | None:

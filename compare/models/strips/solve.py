@@ -23,7 +23,8 @@ from ribbonbench.errors import BadInput
 FloatArray = NDArray[np.float64]
 
 #: What ribbon.find.strips refuses -> where the scene says it.
-_KEYS = {"walls": "wall", "joint": "joint", "strips": "strip", "start": "contact.distance", "tip": "strip.tip"}
+_KEYS = {"walls": "wall", "joint": "joint", "strips": "strip", "start": "contact.distance", "tip": "strip.tip",
+         "moment": "strip.tip.moment", "friction": "contact.friction"}  # fmt: skip
 #: Words of a status that has a shape and forces.
 _STATIONARY = ("converged", "saddle")
 
@@ -105,6 +106,7 @@ def _found(scene: StripsScene, leave_saddle: bool, say: Callable[[str], object] 
     budget, begin = scene.first.model.budget, scene.stages[0] if scene.stages else scene
     first = arguments(begin)
     first["walls"] = [replace(wall, friction=0.0) for wall in first["walls"]]  # put there without
+    first["friction"] = 0.0
     state = strips.solve(**first, leave_saddle=leave_saddle, budget=budget)
     went: list[Went] = []
     for number in range(len(scene.stages)):
@@ -138,6 +140,8 @@ def _balance(scene: StripsScene, found: Any, k: int) -> float:
     pull = strip.problem.tip
     if pull is not None:
         wrenches.append(Wrench(over * strip.position([1.0])[0], unit / over * np.asarray(pull), np.zeros(3)))
+    if strip.problem.moment is not None:
+        wrenches.append(Wrench(np.zeros(3), np.zeros(3), unit * np.asarray(strip.problem.moment)))
     for joint in found.joints:
         for joined, sign in ((joint.other, 1.0), (joint.one, -1.0)):
             if joined.strip == k:
@@ -146,6 +150,10 @@ def _balance(scene: StripsScene, found: Any, k: int) -> float:
         for number, at, sign in ((touch.one, touch.at, 1.0), (touch.other, touch.at_other, -1.0)):
             if number == k:
                 wrenches.append(Wrench(at, sign * touch.force, np.zeros(3)))
+    for slide in found.slides:
+        for number, sign in ((slide.one, 1.0), (slide.other, -1.0)):
+            if number == k:
+                wrenches.append(Wrench(slide.point, sign * slide.friction, np.zeros(3)))
     s, _ = abscissae()
     places = over * (_middle(strip, s) if scene.first.gravity and scene.first.gravity.exact else strip.position(s))
     pushes = [

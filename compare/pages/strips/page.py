@@ -234,6 +234,8 @@ def _strip(state: StripsState, k: int) -> dict[str, Any]:
     }  # fmt: skip
     if strip.problem.tip is not None:
         found["tip_force"] = unit / over * np.asarray(strip.problem.tip)
+    if strip.problem.moment is not None:
+        found["tip_moment"] = unit * np.asarray(strip.problem.moment)
     forces, moments = {}, {}
     for place, support in (("start", strip.start), ("end", strip.end_support)):
         if support is not None and state.scene.clamped((k, 0 if place == "start" else -1)):
@@ -269,7 +271,21 @@ def _contact(state: StripsState) -> dict[str, Any] | None:
             }
             for one in state.native.touching
         ],
+        **({"rubs": _rubs(state)} if state.scene.friction else {}),
     }  # fmt: skip
+
+
+def _rubs(state: StripsState) -> list[dict[str, Any]]:
+    """Where strips rub on each other: `force` on the first without friction stands beside, friction is on it too."""
+    names = state.scene.names
+    return [
+        {
+            "a": names[one.one], "b": names[one.other], "s": one.s, "v": one.v, "s_b": one.s_other, "v_b": one.v_other,
+            "point": one.point, "push": one.push, "friction": one.friction, "slip": one.slip,
+            "state": "slips" if one.slips else "sticks",
+        }
+        for one in state.native.slides
+    ]  # fmt: skip
 
 
 def write(out: Path, state: StripsState, again: str) -> None:

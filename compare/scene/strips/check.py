@@ -73,7 +73,17 @@ def _check_kind(scene: StripsScene, number: int, joint: Joined) -> None:
 def _check_loads(scene: StripsScene) -> None:
     """What is loaded at its end can move there: a joint, or nothing, is at it."""
     for name, strip in zip(scene.names, scene.strips, strict=True):
-        if strip.tip is not None and strip.clamp_end is not None and strip.clamp_end.position is not None:
+        clamp = strip.clamp_end
+        if strip.tip is None or clamp is None:
+            continue
+        if strip.tip.moment is not None and clamp.tangent is not None:
+            raise BadInput(
+                f"strip.{name}.tip.moment", list(strip.tip.moment),
+                "turns a frame that its clamp.end holds",
+                f"remove it, or the tangent and normal of [strip.{name}.clamp.end]",
+            )  # fmt: skip
+        tip = strip.tip
+        if any(value is not None for value in (tip.mass, tip.load, tip.force)) and clamp.position is not None:
             raise BadInput(
                 f"strip.{name}.tip", None, "loads a point that its clamp.end holds",
                 f"remove [strip.{name}.tip], or the position of [strip.{name}.clamp.end]",
@@ -98,7 +108,7 @@ def _check_held(scene: StripsScene) -> None:
             why = "is held by clamps that leave a part free"
         elif any(scene.strips[k].gamma for k in group):
             why = "is held by no clamp and falls"
-        elif any(scene.strips[k].tip_force.any() for k in group):
+        elif any(scene.strips[k].tip_force.any() or scene.strips[k].tip_moment.any() for k in group):
             why = "is held by no clamp, and its load pulls it away for ever"
         elif len(groups) > 1 or scene.distance is not None:
             why = "is held by no clamp, and where it is beside the others is not said"

@@ -29,10 +29,6 @@ SHARED = ("gravity", "wall", "obstacle")
 _STIFFNESS = ("young", "thickness", "poisson")
 #: Keys of one strip that several refuse: why, and what to do.
 _WHY_NOT = {
-    "tip.moment": (
-        "has no energy where its direction is fixed in space, and states of several strips are minima of one",
-        "load both ends of a strip that is joined across with opposite tip.force",
-    ),
     "tip.tension": ("has no direction of its own among several strips", "give tip.force"),
 }
 
@@ -74,7 +70,7 @@ def _alone(document: Mapping[str, Any], source: str) -> StripsScene:
     joints = tuple(_joint(entry, number, names) for number, entry in enumerate(_tables(document, "joint", 0)))
     scene = StripsScene(
         name, source, title or one_line(name), names, strips, joints, _distance(document, strips),
-        _stiffness(strips, names), document,
+        _stiffness(strips, names), document, friction=_friction(document),
     )  # fmt: skip
     check_together(scene)
     return scene
@@ -221,6 +217,10 @@ def _distance(document: Mapping[str, Any], strips: tuple[Scene, ...]) -> float |
             f"give {1e-4 * length:g} to {0.5 * length:g}",
         )  # fmt: skip
     return given
+
+
+def _friction(document: Mapping[str, Any]) -> float:
+    return Table(document["contact"], "contact", KEYS).read(BetweenSpec).friction if "contact" in document else 0.0
 
 
 def _stiffness(strips: tuple[Scene, ...], names: tuple[str, ...]) -> tuple[float, ...]:

@@ -33,8 +33,9 @@ class Joined:
 @dataclass(frozen=True)
 class StripsScene:
     """Several strips: names and scenes, one by one; joints; distance that different strips keep, None: they may pass
-    through each other; stiffness: D of each in a unit that all share; document: what the file says; stages: the scenes
-    of its [[path]] in order, without itself, and steps: how many lead to each and to itself (None: chosen)."""
+    through each other; stiffness: D of each in a unit that all share; document: what the file says; friction: Coulomb's
+    coefficient between them; stages: the scenes of its [[path]] in order, without itself, and steps: how
+    many lead to each and to itself (None: chosen)."""
 
     name: str
     source: str
@@ -47,6 +48,7 @@ class StripsScene:
     document: Mapping[str, Any]
     stages: tuple[StripsScene, ...] = ()
     steps: tuple[int | None, ...] = ()
+    friction: float = 0.0
 
     @property
     def first(self) -> Scene:
@@ -107,6 +109,7 @@ class StripsScene:
             "joints": [[joint.one, joint.other, vars(joint.spec)] for joint in self.joints],
             "distance": self.distance,
             "stiffness": self.stiffness,
+            **({"friction": self.friction} if self.friction else {}),
             **({"stages": [stage.canonical() for stage in self.stages], "steps": self.steps} if self.stages else {}),
         }
 

@@ -17,8 +17,8 @@ _MODEL = ("energy", "stiffness", "in_plane", "elements", "budget", "solver")
 #: Keys of [[wall]] that are not: plates on springs.
 _NOT_OF_WALLS = ("stiffness",)
 _CLAMP = ("position", "frame", "tangent", "normal", "ruling")
-#: Keys of [tip] that are: a tension has no direction of its own here, a moment of fixed direction no energy.
-_TIP = ("mass", "load", "force")
+#: Keys of [tip] that are: a tension has no direction of its own here.
+_TIP = ("mass", "load", "force", "moment")
 
 
 # fmt: off
@@ -58,11 +58,14 @@ class JointSpec:
 
 @dataclass(frozen=True)
 class BetweenSpec:
-    """Contact between strips, without friction."""
+    """Contact between strips, without friction or along a path with Coulomb's."""
 
     distance: float | None = key(
         Kind.NUMBER, "distance that different strips keep, middle surface from middle surface", LENGTH, "> 0", "1e-3",
         default=None, absent="the largest thickness of the strips", known="distance / l >= 1e-4"
+    )
+    friction: float = key(
+        Kind.NUMBER, "Coulomb's coefficient between strips; along a [[path]] alone", "none", ">= 0", "0.3", default=0.0
     )
 # fmt: on
 

@@ -15,7 +15,8 @@ from ribbon.energies import chosen
 from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity, tip_force
 from ribbon.problems.strips.joint import End, Joint
-from ribbon.problems.strips.problem import Part, StripsProblem
+from ribbon.problems.strips.part import Part
+from ribbon.problems.strips.problem import StripsProblem
 from ribbon.solid import Solid
 from ribbon.strip import Strip
 
@@ -33,7 +34,8 @@ class Member:
     that all of them share; segments: how many equal ones, or their lengths over the strip's; curvature, ruling: omega
     (in 1/length) and eta to begin with, values at equal distances; None: the shape at rest, and where that says nothing
     one that is chosen; name: for messages; tip: a dead force (3,) at s = length in the strip's own D w / length^2, its
-    direction fixed in space, at a joint too; None: none.
+    direction fixed in space, at a joint too; moment: (3,) there in D w / length, its axis fixed in space
+    (`ribbon.find.strips.moment`); None: none.
     """
 
     strip: Strip
@@ -45,6 +47,7 @@ class Member:
     ruling: tuple[float, ...] = (0.0,)
     name: str = ""
     tip: tuple[float, float, float] | None = None
+    moment: tuple[float, float, float] | None = None
 
     @property
     def lengths(self) -> FloatArray:
@@ -68,20 +71,24 @@ def assembled(
     apart: float = 0.0,
     rulings: Sequence[str | None] | None = None,
     walls: Sequence[Barrier] = (),
+    friction: float = 0.0,
     **choices: bool | str | None,
 ) -> StripsProblem:
     """The problem of `members` with these joints; apart: distance that different strips keep, in their unit of length;
     rulings: of every joint, "straight" or "free" (None: free where the strip goes on or is pinned); walls: rigid
-    ones and obstacles that none of them can cross, in their unit of length; choices: `stiffness` and `in_plane` of the
-    energy. `RibbonInputError` for what contradicts itself."""
+    ones and obstacles that none of them can cross, in their unit of length; friction: Coulomb's coefficient between
+    strips that are kept apart, which acts along a path only (`ribbon.find.strips.sliding`); choices:
+    `stiffness` and `in_plane` of the energy. `RibbonInputError` for what contradicts itself."""
     if not members:
         raise RibbonInputError("strips", 0, "give one strip at least")
     _check_walls(walls, apart)
+    if not (np.isfinite(friction) and friction >= 0.0) or (friction and not apart):
+        raise RibbonInputError("friction", friction, "a coefficient >= 0, of strips that are kept apart")
     _check_joints(members, joints)
     loose = _loose(members, joints)
     weighty = gravity is not None and any(member.strip.gamma > 0 for member in members)
-    loads = [_load(member) for member in members]
-    pulled = any(load is not None for load in loads)
+    loads, moments = [_load(member) for member in members], [_moment(member) for member in members]
+    pulled = any(load is not None for load in (*loads, *moments))
     if loose and (len(loose) > 1 or _components(members, joints) > 1 or weighty or pulled or apart or walls):
         name = members[loose[0][0]].name or str(loose[0][0])
         raise RibbonInputError("strips", name, "is held by no clamp; clamp an end of it, or of what it is joined to")
@@ -103,6 +110,7 @@ def assembled(
                 energy=energy,
                 lengths=member.lengths,
                 tip=loads[k],
+                moment=moments[k],
                 **choices,  # type: ignore[arg-type]
             )
         )
@@ -114,6 +122,7 @@ def assembled(
         tuple(member.stiffness * member.strip.width / member.strip.length / unit for member in members),
         tuple(joints),
         apart / first.strip.length,
+        mu=friction,
     )
 
 
@@ -134,6 +143,19 @@ def _load(member: Member) -> tuple[float, float, float] | None:
             "tip", load, "loads a point that a clamp holds; remove the force, or the clamp's position"
         )
     return load
+
+
+def _moment(member: Member) -> tuple[float, float, float] | None:
+    """The moment at its end; `RibbonInputError` where a clamp holds the frame there."""
+    if member.moment is None:
+        return None
+    try:
+        moment = tip_force(member.moment)
+    except RibbonInputError:
+        raise RibbonInputError("moment", member.moment, "three finite numbers, a moment in D w / l") from None
+    if moment is not None and member.end is not None and member.end.holds_frame:
+        raise RibbonInputError("moment", moment, "turns a frame that a clamp holds; remove the moment, or the frame")
+    return moment
 
 
 def _by_joint(end: End, joints: Sequence[Joint], rulings: Sequence[str | None]) -> Clamp:

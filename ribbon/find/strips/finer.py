@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ribbon.find.strips import rubbing, solve
+from ribbon.find.strips import rubbing, sliding, solve
 from ribbon.find.strips.result import StripsEquilibrium
 
 
@@ -16,6 +16,8 @@ def refined(state: StripsEquilibrium, parts: int = 2) -> StripsEquilibrium:
     fresh = old.with_parts(
         [{"lengths": np.repeat(part.lengths / parts, parts), "touching": (), "rubs": ()} for part in old.parts]
     )
+    if state.before is not None and old.mu > 0.0:
+        return sliding.finer(fresh, state)
     if state.before is not None:
         return rubbing.finer(fresh, state)
     return solve.begun_near(fresh, solve.carried(state, fresh))

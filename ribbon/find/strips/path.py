@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.find.strips import rubbing, solve, touch
+from ribbon.find.strips import moment, rubbing, sliding, solve, touch
 from ribbon.find.strips.result import StripsEquilibrium
 from ribbon.problems.strips.problem import StripsProblem
 from ribbon.result import Status
@@ -54,7 +54,8 @@ def follow(
     """The equilibrium at t = 1 of the path ``t -> problem_at(t)`` from `start`, the one at t = 0; how far it got, and
     its increments. steps: how many at the least; None: chosen, with friction at either end at most `RUBBING` of the way
     each."""
-    rubs = any(rubbing.rub(problem_at(t).parts[0].walls) for t in (0.0, 1.0))
+    ends = [problem_at(t) for t in (0.0, 1.0)]
+    rubs = any(rubbing.rub(end.parts[0].walls) or end.mu > 0.0 for end in ends)
     largest = RUBBING if rubs else LARGEST
     size = 1.0 / steps if steps else largest
     most, smallest = size if steps or rubs else 2.0 * LARGEST, min(SMALLEST, 0.02 * size)
@@ -87,9 +88,12 @@ def stepped(problem: StripsProblem, state: StripsEquilibrium) -> StripsEquilibri
     old = state.problem
     turns = [old.own(state.x, k)[part.layout.joint(0).quaternion] for k, part in enumerate(old.parts)]
     bare = problem.with_parts([{"reference": tuple(map(float, turn))} for turn in turns])
+    bare = moment.taken_at(bare, state.x)
     held = bare.with_parts([{"touching": part.touching} for part in old.parts])
     if rubbing.rub(problem.parts[0].walls):
         return rubbing.increment(held, bare, state)
+    if problem.apart and problem.mu > 0.0:
+        return sliding.increment(held, state)
     return replace(_without_friction(held, bare, state), rubbed=state.rubbed)
 
 

@@ -19,6 +19,8 @@ FloatArray = NDArray[np.float64]
 
 #: Multiplier above which a pair counts as in contact, units D_0 w_0 / l_0^2.
 _TOUCHES = 1e-6
+#: Part of the largest friction by which it may be less and slip.
+_SLIPS = 1e-6
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,28 @@ class TouchForce:
     at_other: FloatArray
     force: FloatArray
     gap: float
+
+
+@dataclass(frozen=True)
+class SlideForce:
+    """Where strips rub on each other at the end of an increment.
+
+    s, v and s_other, v_other: particles of both, each in its own l; point (3,) at which the forces act, l_0; push N and
+    friction (3,) on the first, the opposite on the other, D_0 w_0 / l_0^2; slip (3,): how far the first went along the
+    other in the increment, l_0; slips: whether friction is all that mu N allows.
+    """
+
+    one: int
+    other: int
+    s: float
+    v: float
+    s_other: float
+    v_other: float
+    point: FloatArray
+    push: float
+    friction: FloatArray
+    slip: FloatArray
+    slips: bool
 
 
 @dataclass(frozen=True, repr=False)
@@ -126,6 +150,23 @@ class StripsEquilibrium:
             opened = float(np.linalg.norm(position.values(self.x)))
             force = -self.rows[slices[name + "position"]]
             found.append(JointForce(joint.one, joint.other, at, force, moment, opened, turned))
+        return tuple(found)
+
+    @cached_property
+    def slides(self) -> tuple[SlideForce, ...]:
+        """Where strips rub on each other."""
+        term, problem = self.problem.friction, self.problem
+        if term is None:
+            return ()
+        found = []
+        each = zip(problem.slides, term.points(self.x), term.forces(self.x), term.slips(self.x), strict=True)
+        for slide, point, force, slip in each:
+            if slide.bound <= _TOUCHES * problem.mu:
+                continue
+            one, other = slide.spots
+            slips = bool(np.linalg.norm(force) > slide.bound * (1.0 - _SLIPS))
+            found.append(SlideForce(slide.one, slide.other, one.particle, one.v, other.particle, other.v, point,
+                                    slide.bound / problem.mu, -force, slip, slips))  # fmt: skip
         return tuple(found)
 
     @cached_property

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ribbon.contact import Barrier
 from ribbon.errors import RibbonInputError
-from ribbon.find.strips import touch
+from ribbon.find.strips import moment, touch
 from ribbon.find.strips import walls as touching_walls
 from ribbon.find.strips.assemble import Member, assembled, shapes
 from ribbon.find.strips.result import StripsEquilibrium
@@ -66,16 +66,21 @@ def solve(
     leave_saddle: bool = True,
     budget: float | None = None,
     walls: Sequence[Barrier] = (),
+    friction: float = 0.0,
     **choices: bool | str | None,
 ) -> StripsEquilibrium:
     """Equilibrium of several strips; arguments as of `assembled`. leave_saddle: follow its unstable mode to a stable
-    state; budget: time in s on the processor. `RibbonInputError` on bad input."""
-    if any(wall.friction for wall in walls):
+    state; budget: time in s on the processor. Moments at ends grow from nothing, from the equilibrium without them.
+    `RibbonInputError` on bad input."""
+    if friction or any(wall.friction for wall in walls):
+        key, value = ("friction", friction) if friction else ("walls", len(walls))
         raise RibbonInputError(
-            "walls", len(walls), "friction acts along a path only (`ribbon.find.strips.path`): without one every state "
+            key, value, "friction acts along a path only (`ribbon.find.strips.path`): without one every state "
             "within mu N is an equilibrium",
         )  # fmt: skip
     problem = assembled(members, joints, gravity, energy, apart, rulings, walls, **choices)
+    moments = [part.moment for part in problem.parts]
+    problem = problem.with_parts([{"moment": None} for _ in moments])
     with within(budget):
         best: StripsEquilibrium | None = None
         for bend in _bends(problem, members):
@@ -89,12 +94,18 @@ def solve(
             if best.ok or spent():
                 break
         assert best is not None
-        return best
+        if not any(moments) or not best.ok:
+            return best
+        return moment.grown(best, moments, lambda near, point: judged(*settled(near, point)))
 
 
 def settled(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimum, float | None]:
     """The equilibrium with what is to be held apart and on its walls' side, and how far (l_0) strips are nearer to each
-    other than they are kept; None where nothing keeps them."""
+    other than they are kept; None where nothing keeps them; moments as they are where their ends stand."""
+    return moment.balanced(problem, point, _held) if moment.loaded(problem) else _held(problem, point)
+
+
+def _held(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimum, float | None]:
     depth: float | None = None
     for _ in range(_TURNS):
         problem, point, depth = touch.kept(problem, point)
@@ -270,6 +281,8 @@ def _verdict(
         text = f"a strip reaches {beyond:.2g} of its length beyond a wall between its joints; use more elements"
         return Status.NOT_CONVERGED, text, None
     check = _stability(problem, point)
+    if moment.loaded(problem):
+        check = replace(check, stable=None)  # of the tangent's symmetric part: there is no energy
     if check.stable is None:
         return Status.CONVERGED, "converged: an equilibrium, whose stability is not known", check
     status = Status.CONVERGED if check.stable else Status.SADDLE

@@ -19,7 +19,8 @@ from ribbon.problems.itself import over
 from ribbon.problems.itself.pairs import Pair
 from ribbon.problems.strips.between import BetweenRows, Touching
 from ribbon.problems.strips.joint import End
-from ribbon.problems.strips.problem import Part, StripsProblem
+from ribbon.problems.strips.part import Part
+from ribbon.problems.strips.problem import StripsProblem
 from ribbon.solvers import newton_rows
 from ribbon.solvers.budget import spent
 from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum, kkt_residual

@@ -18,15 +18,42 @@ obeys the bound to rounding at every x. b and L are put right between minimisati
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.problems.friction.particles import ParticleRows, Rub, Vector
+from ribbon.problems.friction.particles import Vector
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+
+class AlongRows(Protocol):
+    """Where places are along a direction, one row each (`ribbon.problems.friction.particles.ParticleRows`)."""
+
+    @property
+    def count(self) -> int:
+        """Number of rows."""
+
+    @property
+    def columns(self) -> IntArray:
+        """Columns (k, n) on which each depends."""
+
+    def values(self, x: FloatArray) -> FloatArray:
+        """(k,)."""
+
+    def jacobian(self, x: FloatArray) -> FloatArray:
+        """By `columns`, row after row."""
+
+    def hessian_structure(self) -> tuple[IntArray, IntArray]:
+        """Rows and columns of the entries of `hessian`."""
+
+    def hessian(self, x: FloatArray, multipliers: FloatArray) -> FloatArray:
+        """Of the sum of multipliers times rows."""
+
+    def points(self, x: FloatArray) -> FloatArray:
+        """Where (k, 3) the places are."""
 
 
 class Group(NamedTuple):
@@ -34,7 +61,7 @@ class Group(NamedTuple):
 
     which: IntArray
     along: FloatArray
-    rows: tuple[ParticleRows, ParticleRows]
+    rows: tuple[AlongRows, AlongRows]
 
 
 def tangents(normal: Sequence[float] | FloatArray) -> FloatArray:
@@ -56,7 +83,7 @@ def rubbed(t: FloatArray, bound: FloatArray, stiffness: FloatArray) -> tuple[Flo
     return value, part[:, None] * t, (stiffness * part)[:, None, None] * turned
 
 
-def grouped(rubs: Sequence[Rub], rows_of: Callable[[list[Rub], FloatArray], ParticleRows]) -> list[Group]:
+def grouped(rubs: Sequence[Any], rows_of: Callable[[list[Any], FloatArray], AlongRows]) -> list[Group]:
     """The rubs by their normals; rows_of: distances of some of them along a direction (3,)."""
     places: dict[Vector, list[int]] = {}
     for k, rub in enumerate(rubs):
@@ -72,7 +99,7 @@ def grouped(rubs: Sequence[Rub], rows_of: Callable[[list[Rub], FloatArray], Part
 class Friction:
     """The friction of an increment at `rubs`, in groups of one normal each (`grouped`)."""
 
-    def __init__(self, rubs: Sequence[Rub], groups: list[Group]) -> None:
+    def __init__(self, rubs: Sequence[Any], groups: list[Group]) -> None:
         self.rubs = tuple(rubs)
         self.groups = groups
         self.bound = np.array([rub.bound for rub in rubs])

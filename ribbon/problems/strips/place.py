@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from ribbon.element import quaternion
 from ribbon.problems.strips.joint import End, Joint
-from ribbon.problems.strips.problem import Part, StripsProblem
+from ribbon.problems.strips.part import Part
+from ribbon.problems.strips.problem import StripsProblem
 
 FloatArray = NDArray[np.float64]
 

@@ -26,10 +26,12 @@ from numpy.typing import NDArray
 from ribbon.problems import mixed_kernels as kernels
 from ribbon.problems import order
 from ribbon.problems.conditions import LinearRows, Rows
+from ribbon.problems.friction.term import Friction, Group, grouped
 from ribbon.problems.layout import QUATERNION
-from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.strips.between import BetweenRows, Of, Touching
 from ribbon.problems.strips.joint import HELD, End, FrameRows, Joint
+from ribbon.problems.strips.part import Part
+from ribbon.problems.strips.slide import Slide, SlideRows, spot_rows
 from ribbon.strip import Strip
 
 FloatArray = NDArray[np.float64]
@@ -40,26 +42,13 @@ START = QUATERNION + 4
 
 
 @dataclass(frozen=True)
-class Part(MixedProblem):
-    """A strip among others: its joints hold it, so that none of its rigid motions is taken out."""
-
-    def free_motions(self) -> tuple[FloatArray, FloatArray]:
-        """None: what is free of it is the whole's."""
-        return np.empty((0, 3)), np.empty((0, 3))
-
-    @property
-    def is_held(self) -> bool:
-        """Whether a clamp holds position and frame of its start."""
-        return self.start_position is not None and self.start_quaternion is not None
-
-
-@dataclass(frozen=True)
 class StripsProblem:
     """Energy of several strips with constraints, sparse Jacobian and Hessian of the Lagrangian.
 
     parts: the strips, each in its own units; lengths_over: sigma (k,), stiffness_over: c (k,); joints; apart: distance
-    (l_0) that different strips keep, 0: they may pass through each other; touching: places that are held so; missed:
-    what the rows of the joints are to give, their zero (a start that is led to its joints step by step).
+    (l_0) that different strips keep, 0: they may pass through each other; touching: places that are held so; mu:
+    Coulomb's coefficient between them, slides: what rubs in an increment of a path (`ribbon.find.strips.sliding`);
+    missed: what the rows of the joints are to give, their zero (a start that is led to its joints step by step).
     """
 
     parts: tuple[Part, ...]
@@ -68,6 +57,8 @@ class StripsProblem:
     joints: tuple[Joint, ...] = ()
     apart: float = 0.0
     touching: tuple[Touching, ...] = ()
+    mu: float = 0.0
+    slides: tuple[Slide, ...] = ()
     missed: tuple[float, ...] | None = None
     _cache: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
@@ -183,6 +174,26 @@ class StripsProblem:
     def _of(self, k: int) -> Of:
         return Of(self.parts[k], int(self.offsets[k]), self.lengths_over[k])
 
+    @property
+    def friction(self) -> Friction | None:
+        """What friction between strips adds to the energy; None where nothing rubs."""
+        if "friction" not in self._cache:
+            groups: list[Group] = []
+            for pair in sorted({(slide.one, slide.other) for slide in self.slides}):
+                which = np.array([k for k, slide in enumerate(self.slides) if (slide.one, slide.other) == pair])
+                own = grouped([self.slides[k] for k in which], self._slide_rows)
+                groups += [group._replace(which=which[group.which]) for group in own]
+            self._cache["friction"] = Friction(self.slides, groups) if groups else None
+        return self._cache["friction"]  # type: ignore[no-any-return]
+
+    def _slide_rows(self, slides: list[Slide], along: FloatArray) -> SlideRows:
+        one, other = slides[0].one, slides[0].other
+        sides = (
+            spot_rows(self.parts[one], [slide.spots[0] for slide in slides], along),
+            spot_rows(self.parts[other], [slide.spots[1] for slide in slides], along),
+        )
+        return SlideRows(sides, (self._of(one), self._of(other)))
+
     def _joint_rows(self, joint: Joint) -> dict[str, Rows]:
         sigma = [self.lengths_over[end.strip] for end in (joint.one, joint.other)]
         (r, q), (r_other, q_other) = self.end_columns(joint.one), self.end_columns(joint.other)
@@ -240,8 +251,9 @@ class StripsProblem:
         return np.asarray(np.array(each) * np.array(self.stiffness_over)[:, None])
 
     def value(self, x: FloatArray) -> float:
-        """Total energy, D_0 w_0 / l_0."""
-        return float(sum(c * part.value(self.own(x, k)) for k, (c, part) in enumerate(self._weighted)))
+        """Total energy, and what friction between strips adds to it in an increment; D_0 w_0 / l_0."""
+        rubbed = 0.0 if self.friction is None else self.friction.value(x)
+        return rubbed + float(sum(c * part.value(self.own(x, k)) for k, (c, part) in enumerate(self._weighted)))
 
     @property
     def _weighted(self) -> list[tuple[float, Part]]:
@@ -249,7 +261,10 @@ class StripsProblem:
 
     def gradient(self, x: FloatArray) -> FloatArray:
         """Gradient (size,) of the energy."""
-        return np.concatenate([c * part.gradient(self.own(x, k)) for k, (c, part) in enumerate(self._weighted)])
+        out = np.concatenate([c * part.gradient(self.own(x, k)) for k, (c, part) in enumerate(self._weighted)])
+        if self.friction is not None:
+            self.friction.add_gradient(x, out)
+        return out
 
     def constraints(self, x: FloatArray) -> FloatArray:
         """The rows."""
@@ -295,6 +310,7 @@ class StripsProblem:
                 rows, columns = part.hessian_structure()
                 parts.append((rows + self.offsets[k], columns + self.offsets[k]))
             parts += [rows.hessian_structure() for rows in self.blocks().values()]
+            parts += [] if self.friction is None else [self.friction.hessian_structure()]
             self._cache["hessian"] = tuple(np.concatenate(part) for part in zip(*parts, strict=True))
         return self._cache["hessian"]  # type: ignore[no-any-return]
 
@@ -306,6 +322,8 @@ class StripsProblem:
         ]
         for name, where in self.block_slices().items():
             found.append(self.blocks()[name].hessian(x, multipliers[where]))
+        if self.friction is not None:
+            found.append(factor * self.friction.hessian(x))
         return np.concatenate(found)
 
     def elimination(self) -> tuple[IntArray, IntArray]:

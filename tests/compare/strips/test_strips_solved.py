@@ -265,7 +265,7 @@ def test_a_path_of_strips_leads_where_the_scene_itself_is():
 "strip.a.clamp.start.tangent" = [0.8, 0.0, 0.6]
 "strip.a.clamp.start.normal" = [-0.6, 0.0, 0.8]
 "wall.table.point" = [0.0, 0.0, -0.01]
-steps = 3
+steps = 2
 """
     few = {"model.elements": 6}
     scene, straight = loads(TABLE + way, "way", few), solved(loads(TABLE, "table", few), error=False)
@@ -285,10 +285,11 @@ steps = 3
 
 
 def test_loads_of_a_scene_are_in_its_units_and_come_up_along_its_path(tmp_path):
-    """A weight of 2 g and a force in N at two ends: the clamp carries both and what the strips weigh, in N."""
+    """A weight of 2 g with a moment and a force in N at two ends: the clamp carries both and what the strips weigh."""
     hung = {name: value for name, value in tomllib.loads(TABLE).items() if name != "wall"}
     hung["strip"][0]["tip"] = {"force": [0.0, 1e-3, 2e-3]}
     hung["strip"][1]["tip"] = {"mass": 2e-3}
+    hung["strip"][1]["tip"]["moment"] = [1e-5, 2e-5, 0.0]
     hung |= {"path": [{"strip.a.tip.force": [0.0, 0.0, 0.0]}], "model": {"energy": "kirchhoff", "elements": 6}}
     scene = build(hung)
     assert scene.stages[0].strips[0].tip_force == pytest.approx([0.0, 0.0, 0.0])
@@ -304,6 +305,8 @@ def test_loads_of_a_scene_are_in_its_units_and_come_up_along_its_path(tmp_path):
     found = json.loads((tmp_path / "result.json").read_text())
     mass = newton * np.array(found["strips"]["b"]["tip_force"])
     assert mass == pytest.approx([0.0, 0.0, -9.81 * 2e-3], rel=1e-9, abs=1e-12)
+    moment = newton * scene.first.strip.length * np.array(found["strips"]["b"]["tip_moment"])
+    assert moment == pytest.approx([1e-5, 2e-5, 0.0], rel=1e-9, abs=1e-15)
     assert found["energy"]["tip"] + found["energy"]["elastic"] + found["energy"]["gravity"] == pytest.approx(
         found["energy"]["total"], rel=1e-9
     )
@@ -339,6 +342,68 @@ def test_a_table_that_rubs_takes_what_coulomb_says(tmp_path):
     assert clamp[0] + table["friction"][0] == pytest.approx(0.0, abs=1e-6)
     work = -np.sum([np.array(rub["friction"]) @ rub["slip"] for rub in rubs])  # of the last of two increments
     assert 0.0 < work < found["friction_lost"]
+
+
+#: Two cantilevers that face each other, 0.05 apart, the tip of the heavy one drawn along the light one.
+RUBS = """
+[[strip]]
+name = "low"
+length = 1.0
+width = 0.05
+thickness = 0.01
+poisson = 0.3
+gamma = 0.0
+[strip.clamp.start]
+position = [-0.85, 0.0, 0.0]
+tangent = [1.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+
+[[strip]]
+name = "high"
+length = 1.0
+width = 0.05
+thickness = 0.01
+poisson = 0.3
+gamma = 3.0
+[strip.clamp.start]
+position = [0.88, 0.0, 0.055]
+tangent = [-1.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+
+[gravity]
+up = [0.0, 0.0, 1.0]
+[contact]
+distance = 0.05
+friction = 0.2
+[model]
+energy = "kirchhoff"
+elements = 8
+
+[[path]]
+"strip.high.clamp.start.position" = [0.85, 0.0, 0.055]
+[[path]]
+steps = 3
+"strip.high.clamp.start.position" = [0.88, 0.0, 0.055]
+"""
+
+
+def test_strips_rub_on_each_other_along_a_path(tmp_path):
+    """Each balances with friction at its point, what slides has mu N, and something was taken away."""
+    scene = loads(RUBS, "rubs")
+    state = solved(scene, error=False)
+    assert state.ok
+    assert max(state.balance) < BALANCED
+    write(tmp_path, state, "again")
+    found = json.loads((tmp_path / "result.json").read_text())
+    rubs = found["contact"]["rubs"]
+    assert {rub["state"] for rub in rubs} == {"slips"}
+    for rub in rubs:
+        assert np.linalg.norm(rub["friction"]) == pytest.approx(0.2 * rub["push"], rel=1e-6)
+    assert found["friction_lost"] > 1e-3
+    with pytest.raises(BadInput, match=r"contact.friction = 0.2: needs a \[\[path\]\]"):
+        solved(loads(RUBS[: RUBS.index("[[path]]")], "rubs"))
+    with pytest.raises(BadInput, match=r"contact.friction = -0.2"):
+        loads(RUBS, "rubs", {"contact.friction": -0.2})
 
 
 def test_friction_that_no_way_leads_to_is_refused():
