@@ -60,6 +60,7 @@ NAMES = (
     "roman",
     "obstacles",
     "short_coil",
+    "moebius_touches",
     "friction",
     "ply",
     "michell",
