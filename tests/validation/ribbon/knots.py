@@ -49,7 +49,7 @@ _CLEAR = 1.1
 #: Longest and shortest steps of the distance (l) and of the diameter's logarithm.
 _PULL, _THIN = (5e-3, 2.5e-4), (0.03, 3e-3)
 #: Twist (rad / l) that is none, and turns tried until there is none.
-_UNTWISTED, _TURNS = 1e-7, 6
+_UNTWISTED, _TURNS = 1e-6, 6
 #: Where the shape that `downhill` ended in is kept (`keep`).
 KEPT = Path(__file__).parents[2] / "reference" / "knots_overhand.csv"
 
@@ -484,7 +484,7 @@ def run(out: Path) -> dict[str, Number]:
         page.table(["h", "h / R", "place", "half of the line", "force of a place", "push of the line"], scaled),
         f"A polygon of {EDGES} edges with springs for contact has the energy {soft.energy:.2f}, "
         f"{100.0 * soft_off:.1f} % from the first row's.",
-        "What does not hold: tighter knots (from the last row on it goes in ever smaller steps, to clamps 0.7474 apart "
+        "What does not hold: tighter knots (beyond clamps 0.74 apart it goes in ever smaller steps, to 0.7474 "
         "and a pull of 1001, h / R = 0.895, where it stopped: stations that are even on one strand are uneven on the "
         "other, whose surface bends the other way); without friction alone; a scene cannot ask "
         "for it, since it has no key for a shape in space to begin at, nor for these segments. A closed trefoil is "
