@@ -21,6 +21,8 @@ FloatArray = NDArray[np.float64]
 #: How the gap bends at a place (over 1 / diameter) below which it may be about to become a line, and half the length
 #: (segments) with which that begins.
 _FLAT, _OPENED = 0.02, 0.3
+#: Part of them by which as many segments between places are too many, or too few.
+_RENEWED = 0.2
 
 
 def refined(problem: MixedProblem, old: Jointed) -> Jointed | None:
@@ -60,9 +62,11 @@ def followed(
             if size < smallest:
                 break
             continue
-        behind, at, here, size = (at, here), to, _even(fresh), min(1.5 * size, step)
-        if here is not fresh:
-            behind = None
+        behind, at, here, size = (at, here), to, fresh, min(1.5 * size, step)
+        evened = _even(fresh)
+        if evened is not fresh:  # at the same parameter: with other segments a step is lost more easily
+            other = settled(problem_at(to), evened)
+            here, behind = (fresh, behind) if other is None or _passes(fresh, other) else (other, None)
         if note is not None:
             note(at, fresh)
     return at, here
@@ -94,14 +98,15 @@ def _passes(here: Jointed, fresh: Jointed) -> bool:
 
 
 def _even(here: Jointed) -> Jointed:
-    """With as many segments between places as these are apart, where that is another number by two or more."""
+    """With as many segments between places as these are apart, where that is another number by two or more, and by a
+    fifth."""
     problem = here.state.problem
     assert isinstance(problem, MixedProblem)
     touching = here.touching.on(here.length)
     counts = touch.joints(touching, here.length, is_ring(problem))[1]
     old = [*here.counts, *(line.segments for line in here.touching.lines)]
     new = [*counts, *(line.segments for line in touching.lines)]
-    if len(old) == len(new) and max(abs(a - b) for a, b in zip(old, new, strict=True)) < 2:
+    if len(old) == len(new) and all(abs(a - b) < max(2.0, _RENEWED * b) for a, b in zip(old, new, strict=True)):
         return here
     return replace(here, touching=touching, counts=counts)
 

@@ -29,11 +29,15 @@ from ribbon.solvers import newton_rows
 from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum
 
 FloatArray = NDArray[np.float64]
+#: Of a line and a side of it: where its end was, the gap's second derivative there, and how that changes outwards.
+Ends = dict[tuple[int, int], tuple[float, float, float]]
 
 #: Rounds of joints that move, of which each takes an equilibrium; iterations of one.
 ROUNDS, _MOST = 40, 80
 #: Part of a segment by which places, and ends of lines, are beside their joints at the most.
 _PLACED, _ENDED = 1e-3, 1e-2
+#: Part of a segment that an end must have gone for a secant.
+_SEEN = 3e-3
 #: Part of the way to where the second derivative would vanish that an end goes at first, and of a segment at the most.
 _FIRST, _STEP = 0.5, 0.4
 #: Part of a segment below which a line is a place.
@@ -52,13 +56,14 @@ class Jointed:
 
     state: of a `MixedProblem`, on any segments where a search starts from it; length: about that (l) of the segments
     beside lines; counts: how many are between one place, or end of a line, and the next along the strip, those on lines
-    left out, (): as the length says.
+    left out, (): as the length says; even: half a turn takes the state to itself, s to 1 - s, and joints are put so.
     """
 
     state: Equilibrium
     touching: Touching
     length: float
     counts: tuple[int, ...] = ()
+    even: bool = False
 
     @property
     def pushes(self) -> FloatArray:
@@ -111,7 +116,7 @@ def settled(problem: MixedProblem, old: Jointed, how: How | None = None) -> Join
     the verdict, None: the usual one. Raises AssertionError where `problem`, or the one `old` is of, is not mixed.
     """
     here = old
-    before: dict[tuple[int, int], tuple[float, float]] = {}
+    before: Ends = {}
     for _ in range(ROUNDS):
         found = _found(problem, here)
         if found is None:
@@ -119,6 +124,7 @@ def settled(problem: MixedProblem, old: Jointed, how: How | None = None) -> Join
         fresh, minimum = found
         changed = _changed(fresh)
         if changed is not None:
+            changed = changed.even() if fresh.even else changed
             here, before = replace(fresh, touching=changed, counts=()), {}
             continue
         moved = _moved(fresh, before)
@@ -150,7 +156,8 @@ def _found(problem: MixedProblem, old: Jointed) -> tuple[Jointed, Minimum] | Non
     if not minimum.residual <= RESIDUAL_TOLERANCE:
         return None
     touching = touch.slid(fresh, minimum.x, old.touching)
-    return Jointed(judged(fresh, minimum, How(check=False)), touching, old.length, counts), minimum
+    state = judged(fresh, minimum, How(check=False))
+    return replace(old, state=state, touching=touching, counts=counts), minimum
 
 
 def is_ring(problem: MixedProblem) -> bool:
@@ -186,13 +193,22 @@ def warm(
 
 def _shared(old: tuple[Pair, ...], push: FloatArray, fresh: tuple[Pair, ...], near: float) -> FloatArray:
     """What pairs (k,) push with at first: as before where they are as many, else each push goes to the pairs beside it
-    of the same kind, or of any, in equal parts."""
+    of the same kind, or of any; to stations by how near they are over how far the next one was, so that pushes per
+    length go on straight from one to the next, to others in equal parts."""
     if len(old) == len(fresh):
         return push
     s, out = np.array([pair.s for pair in fresh]), np.zeros(len(fresh))
     stays = np.array([pair.stays for pair in fresh])
+    stations = np.array([pair.s for pair in old if pair.stays])
     for pair, force in zip(old, push, strict=True):
-        close = np.abs(s - pair.s) < near
+        far = np.abs(s - pair.s)
+        if pair.stays and stations.size > 1:
+            width = float(np.sort(np.abs(stations - pair.s))[1])
+            share = np.where(stays, np.maximum(1.0 - far / max(width, 1e-300), 0.0), 0.0)
+            if share.sum() > 0.5:
+                out += force * share / share.sum()
+                continue
+        close = far < near
         alike = close & (stays == pair.stays)
         to = np.nonzero(alike if alike.any() else close)[0]
         out[to] += force / max(to.size, 1)
@@ -252,7 +268,7 @@ def _on(line: Line, s: float, other: float, h: float) -> bool:
     return own and min(line.facing) - h <= other <= max(line.facing) + h
 
 
-def _moved(here: Jointed, before: dict[tuple[int, int], tuple[float, float]]) -> Touching:
+def _moved(here: Jointed, before: Ends) -> Touching:
     """What touches where it goes next: places to where they have slid, ends of lines by secants (`before`)."""
     problem = here.state.problem
     assert isinstance(problem, MixedProblem)
@@ -269,16 +285,28 @@ def _moved(here: Jointed, before: dict[tuple[int, int], tuple[float, float]]) ->
                 ends.append(at)
                 continue
             step = -_FIRST * second / max(third, 1e-300) if third > 0.0 else -_STEP * here.length
-            if (k, side) in before:
-                was, value = before[(k, side)]
-                if abs(second - value) > 1e-300 and abs(at - was) > 0.0:
-                    secant = -second * (at - was) / (second - value) * way
-                    step = secant if secant * step > 0.0 else 0.5 * step
-            before[(k, side)] = (at, second)
+            was, value, slope = before.get((k, side), (at, second, np.nan))
+            if (k, side) not in before or abs(at - was) > _SEEN * here.length:  # nearer, their difference is noise
+                slope = (second - value) / (at - was) * way if at != was else np.nan
+                before[(k, side)] = (at, second, slope)
+            if np.isfinite(slope):
+                secant = -second / slope if slope else np.nan
+                step = secant if secant * step > 0.0 else 0.5 * step
             most = min(_STEP * here.length, 0.45 * (line.end - line.begin) if step < 0.0 else np.inf)
             ends.append(at + way * float(np.clip(step, -most, most)))
-        lines.append(line.to(*ends))
-    return replace(here.touching, lines=tuple(lines))
+        lines.append(line.to(*(_alike(line, *ends) if here.even else ends)))
+    moved = replace(here.touching, lines=tuple(lines))
+    return moved.even() if here.even else moved
+
+
+def _alike(line: Line, begin: float, end: float) -> tuple[float, float]:
+    """Ends for these of a line that half a turn takes to itself: both as far out as in the mean, its middle there. One
+    that goes to another is left to itself."""
+    off = line.uneven()
+    if abs(off) > 0.5 * (line.end - line.begin):
+        return begin, end
+    out = 0.5 * (line.begin - begin + end - line.end)
+    return line.begin - off - out, line.end - off + out
 
 
 def _far(here: Jointed, moved: Touching) -> bool:

@@ -74,6 +74,10 @@ class Line:
         facing = np.interp(np.linspace(self.begin, self.end, segments + 1), self.stations, self.facing)
         return replace(self, facing=tuple(map(float, facing)))
 
+    def uneven(self) -> float:
+        """How far (l) its middle is from where it goes to itself under half a turn, s to 1 - s."""
+        return 0.25 * (self.begin + self.end + self.facing[0] + self.facing[-1]) - 0.5
+
     def to(self, begin: float, end: float) -> Line:
         """The line between other ends, what faces it continued straight."""
         s, facing = self.stations, np.array(self.facing)
@@ -108,6 +112,15 @@ class Touching:
         return replace(
             self, lines=tuple(line.on(_count(line.end - line.begin, _SHARE * length)) for line in self.lines)
         )
+
+    def even(self) -> Touching:
+        """Of a state that half a turn takes to itself, s to 1 - s: each place halfway between where it is and the image
+        of the one that it goes to."""
+        own = np.array(self.places).reshape(-1, 2)
+        image = 1.0 - own[:, ::-1]
+        near = [int(np.argmin(np.abs(own - each).sum(axis=1))) for each in image]
+        places = tuple((float(s), float(other)) for s, other in 0.5 * (own + image[near]))
+        return Touching(places, self.lines)
 
     def doubled(self) -> Touching:
         """With twice the segments on its lines."""

@@ -92,11 +92,11 @@ def test_an_end_beside_which_no_gap_is_found_stays(monkeypatch):
         return (np.array([p.s - line.end for p in pairs]) ** 3, pairs) if pairs[0].s > line.end else (np.empty(0), [])
 
     monkeypatch.setattr(nearness, "narrowed", narrowed)
-    before = {(0, 1): (0.35, -1.0)}
+    before = {(0, 1): (0.35, -1.0, np.nan)}
     moved = rounds._moved(here, before)
     assert moved.lines[0].begin == line.begin
     assert list(before) == [(0, 1)]
-    assert before[(0, 1)] == pytest.approx((0.36, 0.0), abs=1e-9)
+    assert before[(0, 1)] == pytest.approx((0.36, 0.0, 100.0), abs=1e-6)
 
 
 def test_a_path_needs_steps_forward():
