@@ -78,7 +78,7 @@ def solve(
             key, value, "friction acts along a path only (`ribbon.find.strips.path`): without one every state "
             "within mu N is an equilibrium",
         )  # fmt: skip
-    problem = assembled(members, joints, gravity, energy, apart, rulings, walls, **choices)
+    problem = assembled(members, joints, gravity, energy, apart, rulings, walls, 0.0, **choices)
     moments = [part.moment for part in problem.parts]
     problem = problem.with_parts([{"moment": None} for _ in moments])
     with within(budget):

@@ -76,7 +76,7 @@ def touching(kept: float, segments: int) -> Equilibrium:
 
 
 def pushes(found: Equilibrium) -> list[tuple[float, float, float]]:
-    """Of each place where it touches: abscissae (l) and push (D w / l^2); rows at one joint are one place."""
+    """Of each place where it touches: abscissae (l) and push (D w / l^2); rows beside each other are one place."""
     assert isinstance(found.problem, MixedProblem)
     if not found.problem.pairs:
         return []
@@ -137,10 +137,13 @@ def picture(to: Path) -> None:
         axes.plot_surface(*np.moveaxis(grid, 2, 0), rcount=240, ccount=13, color="0.85", alpha=0.6, linewidth=0)
         for edge in (grid[:, 0], grid[:, -1]):
             axes.plot(*edge.T, color="C0", lw=1.0)
-        for pair in found.problem.pairs if k else ():
-            ends = nearness.shape(found.problem, found.x, np.array([pair.s, pair.s_other]))
+        made = found.problem
+        assert isinstance(made, MixedProblem)
+        for pair in made.pairs if k else ():
+            ends = nearness.shape(made, found.x, np.array([pair.s, pair.s_other]))
             axes.plot(*(ends.r + np.array([[pair.u], [pair.u_other]]) * ends.ruling).T, color="C3", lw=2.0)
-        axes.set(title=title, aspect="equal")
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.set_title(title, y=0.92)
         axes.view_init(elev=25, azim=-120)
         axes.set_axis_off()
     axes = figure.add_subplot(1, 3, 3)
@@ -206,11 +209,11 @@ def run(out: Path) -> dict[str, Number]:
         "two places, images of each other by the half turn about its axis. dE/dd: by energies at d +- "
         f"{_STEP:g}, which do not know the pushes; under gaps of at least d it is their sum.",
         page.table(heads, _least(fine)),
-        f"dE/dd is within {off:.1%} of the pushes from d = {KEPT[1]:g} on, and the two places push alike to "
+        f"dE/dd is within {off:.0e} of the pushes from d = {KEPT[1]:g} on, and the two places push alike to "
         f"{uneven:.0e} of all. At d = {at:g}, over segments halved:",
         page.table(["what", *(f"p = {p}" for p in SEGMENTS), "changed by the last halving"],
                    [[what, *(f"{one:.5f}" for one in row), _settled(row)[1]] for what, row in settling.items()]),
-        "A place near a joint has rows on either side, whose pushes are added. Not here: a band so thick that it "
+        "Not here: a band so thick that it "
         "touches along its edges; a shell.",
     )  # fmt: skip
     found = {}
