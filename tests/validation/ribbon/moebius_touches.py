@@ -107,14 +107,14 @@ def pushed(kept: float, segments: int) -> float:
 @cache
 def rise(kept: float, segments: int) -> float:
     """dE/dd by two energies, D w / l^2."""
-    ends = []
-    for way in (-_STEP, _STEP):
-        at = kept + way
-        found = follow(lambda t, at=at: problem(kept + (at - kept) * t, segments), touching(kept, segments), first=1.0)
+
+    def beside(at: float) -> float:
+        found = follow(lambda t: problem(kept + (at - kept) * t, segments), touching(kept, segments), first=1.0)
         if not found.ok:
             raise AssertionError(f"{at}: {found.message}")
-        ends.append(found.energy.total)
-    return (ends[1] - ends[0]) / (2.0 * _STEP)
+        return found.energy.total
+
+    return (beside(kept + _STEP) - beside(kept - _STEP)) / (2.0 * _STEP)
 
 
 PROBES = {
