@@ -9,13 +9,13 @@ import numpy as np
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from compare.page.drawing import PUSH_COLOUR, RUB_COLOUR
 from compare.scene.units import Units
 from compare.store.touches import Touches
 
 FloatArray = NDArray[np.float64]
 
-#: Colours of pushes and of friction; the longest arrow over the extent of what is drawn.
-PUSH_COLOUR, RUB_COLOUR = "#d40000", "#7a3fb0"
+#: The longest arrow over the extent of what is drawn.
 LONGEST = 0.16
 #: Part of the longest below which an arrow would be less than its head: its place is a dot.
 _LEAST = 0.02

@@ -22,6 +22,7 @@ from compare.page.wording import length
 from compare.pages.export.scale import BY_AREA, POWERS
 from compare.pages.export.vtu import write_vtu
 from compare.pages.strips import words as said
+from compare.pages.written import write_touches
 from compare.scene.units import Units
 from compare.store.finite import explained
 from compare.store.made_by import provenance
@@ -308,6 +309,10 @@ def write(out: Path, state: StripsState, again: str) -> None:
         surfaces.append(Surface(f"{name}.vtu", name, STRIP, "omega"))
         files[f"{name}.vtu"] = f"surface of {name} with fields (ParaView), lengths in l of the first strip"
         grids[name] = points
+    if touching := touches(state):
+        marks = write_touches(out, touching, np.concatenate([points.reshape(-1, 3) for points in grids.values()]))
+        surfaces += marks
+        files |= {one.file: f"{one.label}, as arrows (ParaView)" for one in marks}
     pictures: tuple[Picture, ...] = ()
     if pictured(lambda: _draw(out, state, grids)):
         alt = f"{len(grids)} strips from two sides and in space; dots are joints, with arrows places of contact"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import re
 
 import numpy as np
@@ -12,12 +13,16 @@ from matplotlib.collections import PathCollection
 from matplotlib.quiver import Quiver
 from rich.console import Console
 
+from compare.cli import DONE, main
 from compare.models import solve
 from compare.models.strips.solve import solved
 from compare.page.drawing import screen_axes
+from compare.page.page import PUSH, STRIP
 from compare.page.terminal import print_pairs
 from compare.pages.pictures import ribbon as picture
 from compare.pages.pictures.touches import LONGEST
+from compare.pages.report.folders import read_part
+from compare.pages.report.surfaces import view
 from compare.pages.result import state_result
 from compare.pages.strips import picture as strips_picture
 from compare.pages.strips.page import result, rows, write
@@ -222,6 +227,26 @@ def test_several_strips_are_told_and_drawn_as_in_their_result(monkeypatch, tmp_p
     sides = screen_axes(list(_grids(tmp_path)), scene.up)
     at = np.array([point for place in places for point in (place["position"], place["position_b"])])
     assert marks(figure.axes[1])[0] == pytest.approx(at @ sides[1].T, abs=1e-9)
+
+
+def test_places_of_several_strips_are_exported(tmp_path):
+    text = shipped_strips()["crossing"].read_text(encoding="utf-8")
+    scene = loads_strips(text, "crossing.toml", {"model.elements": 5})
+    write(tmp_path, solved(scene, error=False), "")
+    assert main(["export", str(tmp_path), "--format", "csv", "--quiet", "--out", str(tmp_path / "files")]) == DONE
+    found = json.loads((tmp_path / "result.json").read_text())
+    places, units = found["contact"]["places"], scene.first.units
+    own = [line.split(",") for line in (tmp_path / "files" / "contacts.csv").read_text().splitlines()[1:]]
+    assert len(own) == len(places) > 0
+    for row, place in zip(own, places, strict=True):
+        assert row[0] == f"{place['b']} on {place['a']}"
+        assert [float(x) for x in row[1:4]] == pytest.approx(units.length * np.array(place["position"]), rel=1e-9)
+        assert float(row[4]) == pytest.approx(place["s"] * scene.strips[0].strip.length, rel=1e-9)
+        assert float(row[6]) == pytest.approx(place["s_b"] * scene.strips[1].strip.length, rel=1e-9)
+        assert float(row[8]) == pytest.approx(units.force * np.linalg.norm(place["force"]), rel=1e-9)
+    drawn_ = view(read_part(tmp_path).surfaces, None, 500).surfaces
+    assert [one.surface.kind for one in drawn_] == [STRIP, STRIP, PUSH]
+    assert all(one.first for one in drawn_)  # both strips are seen
 
 
 def _grids(folder):
