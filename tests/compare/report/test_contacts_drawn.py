@@ -31,7 +31,7 @@ from compare.scene.scene import loads
 from compare.scene.strips.read import loads as loads_strips
 from compare.store.store import jsonable
 
-STRIP = """
+CURLED = """
 [strip]
 length = 0.24
 width = 0.012
@@ -50,7 +50,7 @@ position = [0.0, 0.0, -0.0499]
 tangent = [1.0, 0.0, 0.0]
 normal = [0.0, 0.0, 1.0]
 """
-TUBE = f"""{STRIP}
+TUBE = f"""{CURLED}
 [[obstacle]]
 name = "tube"
 kind = "cylinder"
@@ -61,7 +61,7 @@ inside = true
 [seed]
 curvature = -20.5
 """
-TABLE = f"""{STRIP}
+TABLE = f"""{CURLED}
 [[wall]]
 name = "table"
 point = [0.0, 0.0, -0.06]
