@@ -101,7 +101,8 @@ def _touches_of(data: Mapping[str, NDArray[Any]], count: int) -> tuple[Touches, 
     found = []
     for k in range(count):
         own = state == k
-        found.append(Touches(*(part[own] for part in parts), ("",) * int(own.sum())))
+        point, push, friction = (part[own] for part in parts)
+        found.append(Touches(point, push, friction, ("",) * int(own.sum())))
     return tuple(found)
 
 
