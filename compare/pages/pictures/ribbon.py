@@ -245,7 +245,7 @@ def ribbon_profile(path: Path, equilibrium: Equilibrium, title: str, units: Unit
     side = figure.add_subplot(places[:, 1])
     touching = touches(equilibrium)
     _side(side, equilibrium, grid, up, touching)
-    contacts.legend(side, touching, units, loc="upper center", bbox_to_anchor=(0.5, -0.06), ncols=2, frameon=False)
+    contacts.legend(side, touching, units, loc="upper center", bbox_to_anchor=(0.5, -0.06), ncols=3, frameon=False)
     side.set_title(f"side view / {unit}", fontsize=9)
     for axis in (side.xaxis, side.yaxis):
         axis.set_major_formatter(lambda value, _: f"{size * value:.4g}")
