@@ -24,6 +24,8 @@ FloatArray = NDArray[np.float64]
 RIBBON_COLOUR = "#1f5fa8"
 #: What it cannot cross.
 WALL_COLOUR = "#8a8a8a"
+#: Pushes and friction where it touches.
+PUSH_COLOUR, RUB_COLOUR = "#d40000", "#7a3fb0"
 SHELL_COLOURS = ("#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9", "#8c6d31", "#6b6b6b")
 
 #: Where a map has nothing to tell.

@@ -30,15 +30,17 @@ class Picture:
     caption: str = ""
 
 
-#: Kinds of surfaces, as page.json has them: of a strip with lines across, and of a shell.
-STRIP, SHELL, WALL = "ribbon", "shell", "wall"
+#: Kinds of surfaces, as page.json has them: of a strip with lines across, of a shell, what the strip cannot cross, and
+#: arrows of pushes and of friction.
+STRIP, SHELL, WALL, PUSH, RUB = "ribbon", "shell", "wall", "push", "friction"
+#: Arrows at places of contact.
+ARROWS = (PUSH, RUB)
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A VTU file of a surface for the 3-D view; kind: `STRIP`, `SHELL` or `WALL` (what the strip cannot cross); colour:
-    field of the file to begin with; width_to_thickness: of a shell, when known; states: file of its states along a path
-    (`compare.store.states`)."""
+    """A VTU file of a surface for the 3-D view; kind: one of those above; colour: field of the file to begin with;
+    width_to_thickness: of a shell, when known; states: file of its states along a path (`compare.store.states`)."""
 
     file: str
     label: str

@@ -15,6 +15,7 @@ from compare.measure.load_curve import LoadPoint, load_curve_of
 from compare.models import in_words
 from compare.models.base import State
 from compare.models.capabilities import Rival
+from compare.models.holds.touches import touches
 from compare.models.quantities import Answered
 from compare.models.quantities.ribbon import PATH as PATH_NUMBERS
 from compare.models.ribbon.auto import LADDER, PLANAR, REFERENCE, THICKNESS
@@ -31,7 +32,7 @@ from compare.page.state import STATE
 from compare.page.table import Column, Table
 from compare.pages.presenter import Presenter
 from compare.pages.result import spent
-from compare.pages.written import Written, write_barriers
+from compare.pages.written import Written, write_barriers, write_touches
 from compare.record.quantity import Quantity, pick
 from compare.record.views import columns_of, document
 from compare.scene.scene import Scene
@@ -92,6 +93,10 @@ def write(out: Path, scene: Scene, state: State, grid: Grid) -> Written:
         files[states] = f"{len(state.states.t)} states along the path as arrays (NumPy)"
     around = write_barriers(out, scene, state, grid)
     files |= {one.file: f"{one.label}, where the strip ends (ParaView)" for one in around}
+    if len(e.walls) or e.pairs:
+        marks = write_touches(out, touches(e), grid.of(RibbonShape(e)), state.states)
+        files |= {one.file: f"{one.label}, as arrows (ParaView)" for one in marks}
+        around = (*around, *marks)
     return Written(files, shown, (Surface("ribbon.vtu", state.model, STRIP, "omega", states=states), *around), data)
 
 

@@ -8,22 +8,29 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from compare.measure.grid import Grid
 from compare.models import model
 from compare.models.base import State
 from compare.models.capabilities import Surrounds
-from compare.page.page import SHELL, STRIP, WALL, Picture, Surface
+from compare.page.page import PUSH, RUB, SHELL, STRIP, WALL, Picture, Surface
 from compare.page.si import array_with_si
 from compare.page.table import Table
+from compare.pages.export import arrows
 from compare.pages.export.formats import array_csv
 from compare.pages.export.surfaces import write_shell, write_surface
 from compare.pages.export.vtu import write_vtu
 from compare.scene.scene import Scene
+from compare.store.states import FILE as STATES
+from compare.store.states import States
 from compare.store.store import atomic_write_bytes
+from compare.store.touches import Touches
 
 if TYPE_CHECKING:
     from compare.studies.compare import Comparison
+
+FloatArray = NDArray[np.float64]
 
 #: Points of a centreline file.
 LINE_POINTS = 401
@@ -68,6 +75,22 @@ def write_barriers(out: Path, scene: Scene, state: State, grid: Grid) -> tuple[S
         label = f"{'wall' if number < len(scene.walls) else 'obstacle'} {name.removeprefix('obstacle_')}"
         own.append(Surface(f"wall_{name}.vtu", label, WALL))
     return tuple(own)
+
+
+def write_touches(out: Path, touches: Touches, points: FloatArray, states: States | None = None) -> tuple[Surface, ...]:
+    """contacts.vtu and contacts_friction.vtu: arrows where the strip with these points (..., 3), in l, touches, of
+    pushes and of friction to one scale; nothing where there are none. states: along a path, for its film."""
+    found = []
+    film = STATES if states is not None and len(states.t) > 1 and states.touches is not None else ""
+    for kind, name, label in ((PUSH, "contacts", "pushes where it touches"), (RUB, "contacts_friction", "friction")):
+        net = arrows.grid(touches, kind, arrows.extent_of(points), touches.largest)
+        if not len(net):
+            continue
+        s, v = np.meshgrid(*(np.linspace(0.0, 1.0, n) for n in net.shape[:2]), indexing="ij")
+        write_vtu(out / f"{name}.vtu", net, {"S": s, "v": v})
+        moves = film if states is not None and film and arrows.moving(states, kind) is not None else ""
+        found.append(Surface(f"{name}.vtu", label, kind, states=moves))
+    return tuple(found)
 
 
 def write_fast(out: Path, comparison: Comparison, ending: str = "", before: str = "") -> tuple[Surface, ...]:

@@ -24,7 +24,7 @@ def walls(equilibrium: Equilibrium) -> list[tuple[FloatArray, FloatArray]]:
     """A point (3,) in l and the normal (3,) of every plane, a pressure plate where it has moved to."""
     problem: Any = equilibrium.problem
     found = []
-    held = _whole(() if problem.formulation == "chained" else problem.walls)
+    held = whole(() if problem.formulation == "chained" else problem.walls)
     heights = [exerted.height for exerted in equilibrium.walls] or [None] * len(held)  # of undetermined forces: none
     for wall, moved in zip(held, heights, strict=True):
         if not isinstance(wall, Wall):
@@ -39,10 +39,10 @@ def obstacles(equilibrium: Equilibrium) -> list[Body]:
     """The obstacles, lengths in l; the planes of a room together are one."""
     problem: Any = equilibrium.problem
     held = () if problem.formulation == "chained" else problem.walls
-    return [body_of(wall.scaled(problem.strip.length)) for wall in _whole(held) if isinstance(wall, Obstacle)]
+    return [body_of(wall.scaled(problem.strip.length)) for wall in whole(held) if isinstance(wall, Obstacle)]
 
 
-def _whole(held: Sequence[Barrier]) -> list[Barrier]:
+def whole(held: Sequence[Barrier]) -> list[Barrier]:
     """What a strip cannot cross, a room in the place of its planes."""
     found: list[Barrier] = []
     rooms = set()
@@ -73,7 +73,7 @@ def nets(equilibrium: Equilibrium, points: FloatArray) -> list[FloatArray]:
     low, high, _ = box(points)
     flat = iter(walls(equilibrium))
     found = []
-    for wall in _whole(held):
+    for wall in whole(held):
         if isinstance(wall, Obstacle):
             found.append(net(body_of(wall.scaled(problem.strip.length)), points))
         else:

@@ -22,6 +22,7 @@ import numpy as np
 
 from compare.measure.load_curve import watched
 from compare.models.holds import friction
+from compare.models.holds.touches import touches
 from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
 from compare.models.ribbon.fields import fields
 from compare.scene.change import value_of
@@ -210,7 +211,7 @@ class _Walk:
             film = self.keeper.film
             grid = np.column_stack([x.ravel() for x in np.meshgrid(film.s, film.v, indexing="ij")])
             points = e.rulings(grid)[1].reshape(film.s.size, film.v.size, 3)
-            film.add(entry["stage"], entry["t"], points, fields(e, film.s, film.v))
+            film.add(entry["stage"], entry["t"], points, fields(e, film.s, film.v), touches(e))
         self.keeper.save(place)
         if self.progress is not None:
             self.progress(f"path: stage {entry['stage']} of {len(self.stages)}, t = {entry['t']:.4g}")

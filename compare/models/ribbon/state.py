@@ -26,6 +26,7 @@ from compare.models.base import (
     on_strip,
 )
 from compare.models.holds import friction
+from compare.models.holds.touches import pushed
 from compare.scene.inputs.law import values
 
 if TYPE_CHECKING:
@@ -192,13 +193,6 @@ def motions_of(e: Equilibrium) -> Motions | None:
     return Motions(translations, axes, held[0] if held else None, seam, mirror)
 
 
-def _pushed(e: Equilibrium, ends: FloatArray) -> FloatArray:
-    """Positions (m, 3) in l of ends (m, 2) of rulings; of a free twist, of its sections'."""
-    r, frames, _, eta = e.continued(ends[:, 0])
-    slope = np.zeros_like(eta) if e.has_free_twist else eta
-    return np.asarray(r + ends[:, 1:] * (frames[:, :, 0] + slope[:, None] * frames[:, :, 2]))
-
-
 def _supports(scene: Scene | None, e: Equilibrium) -> Supports:
     """Forces and moments of clamps and walls.
 
@@ -214,7 +208,7 @@ def _supports(scene: Scene | None, e: Equilibrium) -> Supports:
                 "force": found.force,
                 "contacts": found.contacts,
                 "lines": found.lines,
-                "points": _pushed(e, found.ends),
+                "points": pushed(e, found.ends),
                 "pushes": found.pushes,
                 "mean_pressure": found.mean_pressure,
                 "height": found.height,

@@ -158,8 +158,9 @@ def segments_csv(ribbon: Mapping[str, FloatArray]) -> bytes:
 
 def contacts_csv(result: Mapping[str, Any], length: float, force: float) -> bytes | None:
     """Where the strip of a result.json touches, one line a place: a wall or an obstacle by name with the point x, y, z,
-    or "itself" with both places s, v (times `length`), the gap likewise, and the push (times `force`); None: none."""
-    lines = []
+    or "itself" with both places s, v (times `length`), the gap likewise, and the push (times `force`); of several
+    strips "table on NAME", and "NAME on NAME" with the place of the first in space too; None: none."""
+    lines = _strips_lines(result, length, force) if "strips" in result else []
     for wall in result.get("walls") or ():
         for point, push in zip(wall.get("points") or (), wall.get("pushes") or (), strict=True):
             at = ",".join(f"{length * value:.12g}" for value in point)
@@ -171,6 +172,23 @@ def contacts_csv(result: Mapping[str, Any], length: float, force: float) -> byte
     if not lines:
         return None
     return "\n".join(["touched,x,y,z,s,v,s_other,v_other,push,gap", *lines, ""]).encode()
+
+
+def _strips_lines(result: Mapping[str, Any], length: float, force: float) -> list[str]:
+    lines = []
+    for wall in result.get("walls") or ():
+        for name, own in wall["strips"].items():
+            for point, push in zip(own["points"], own["pushes"], strict=True):
+                at = ",".join(f"{length * value:.12g}" for value in point)
+                lines.append(f"{wall['name']} on {name},{at},,,,,{force * push:.12g},")
+    for pair in (result.get("contact") or {}).get("places") or ():
+        at = ",".join(f"{length * value:.12g}" for value in pair["position"])
+        own, other = (result["strips"][pair[key]]["length"] for key in "ab")  # s and v are each in its own l
+        sizes = [own * pair["s"], own * pair["v"], other * pair["s_b"], other * pair["v_b"]]
+        places = ",".join(f"{length * value:.12g}" for value in sizes)
+        push = force * float(np.linalg.norm(pair["force"]))
+        lines.append(f"{pair['b']} on {pair['a']},{at},{places},{push:.12g},{length * pair['gap']:.12g}")
+    return lines
 
 
 def array_csv(names: Sequence[str], table: FloatArray) -> bytes:

@@ -85,16 +85,40 @@ def film_bytes(
     seconds: FloatArray,
     up: Sequence[float] | None,
     title: str,
+    beside: Sequence[tuple[str, FloatArray]] = (),
 ) -> bytes:
     """The states of one strip as a file with an animation: grids (K, k, m, 3) of positions at the particles s (k,) x
     v (m,) of `material`, shown at `seconds` (K,), growing.
 
     The mesh is the first state; each other state is a morph target (positions and normals), and the animation leads
-    their weights from one to the next, linearly. At rest the last state is shown. Source: glTF 2.0, 3.7.2.2 and 3.11.
+    their weights from one to the next, linearly. At rest the last state is shown. beside: names and grids of what else
+    moves, as arrows of contact do, each a mesh of its own. Source: glTF 2.0, 3.7.2.2 and 3.11.
     """
+    buffer, count = _Buffer(), len(grids) - 1
+    weights = np.vstack([np.zeros(count), np.eye(count)])
+    meshes = [_moving(buffer, "strip", grids, material, weights)]
+    for name, own in beside:
+        grid = tuple(np.linspace(0.0, 1.0, n) for n in own.shape[1:3])
+        meshes.append(_moving(buffer, name, own, (grid[0], grid[1]), weights))
+    sampler = {
+        "input": buffer.add(seconds.astype("<f4"), _FLOAT, None, bounds=True),
+        "output": buffer.add(weights.astype("<f4").ravel(), _FLOAT, None),
+        "interpolation": "LINEAR",
+    }
+    numbers = range(1, len(meshes) + 1)
+    root = {"name": title or "ribbonbench", "rotation": turn(up or (0.0, 0.0, 1.0)), "children": list(numbers)}
+    nodes: list[dict[str, Any]] = [root, *({"name": mesh["name"], "mesh": k} for k, mesh in enumerate(meshes))]
+    channels = [{"sampler": 0, "target": {"node": node, "path": "weights"}} for node in numbers]
+    animations = [{"name": "path", "samplers": [sampler], "channels": channels}]
+    return _file(buffer, nodes, meshes, {"animations": animations})
+
+
+def _moving(
+    buffer: _Buffer, name: str, grids: FloatArray, material: tuple[FloatArray, FloatArray], weights: FloatArray
+) -> dict[str, Any]:
+    """The mesh of the first of grids (K, k, m, 3) with a target for each other one, at rest the last."""
     s, v = np.meshgrid(*material, indexing="ij")
     sheets = [grid_sheet(grid, {"S": s, "v": v}) for grid in grids]
-    buffer = _Buffer()
     corners = {
         "POSITION": buffer.add(sheets[0].points.astype("<f4"), _FLOAT, _VERTICES, bounds=True),
         "NORMAL": buffer.add(_units(sheets[0].normals()), _FLOAT, _VERTICES),
@@ -113,22 +137,8 @@ def film_bytes(
                 "NORMAL": buffer.add(turned, _FLOAT, _VERTICES),
             }
         )
-    count = len(targets)
-    weights = np.vstack([np.zeros(count), np.eye(count)])
-    sampler = {
-        "input": buffer.add(seconds.astype("<f4"), _FLOAT, None, bounds=True),
-        "output": buffer.add(weights.astype("<f4").ravel(), _FLOAT, None),
-        "interpolation": "LINEAR",
-    }
     primitive = {"attributes": corners, "indices": triangles, "material": 0, "mode": 4, "targets": targets}
-    mesh = {"name": "strip", "primitives": [primitive], "weights": weights[-1].tolist()}
-    nodes: list[dict[str, Any]] = [
-        {"name": title or "ribbonbench", "rotation": turn(up or (0.0, 0.0, 1.0)), "children": [1]},
-        {"name": "strip", "mesh": 0},
-    ]
-    channel = {"sampler": 0, "target": {"node": 1, "path": "weights"}}
-    animations = [{"name": "path", "samplers": [sampler], "channels": [channel]}]
-    return _file(buffer, nodes, [mesh], {"animations": animations})
+    return {"name": name, "primitives": [primitive], "weights": weights[-1].tolist()}
 
 
 def _file(buffer: _Buffer, nodes: list[dict[str, Any]], meshes: list[dict[str, Any]], more: dict[str, Any]) -> bytes:

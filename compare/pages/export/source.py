@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.page.page import PAGE, SHELL, STRIP, Page, Surface, read_page, write_page
+from compare.page.page import ARROWS, PAGE, SHELL, STRIP, Page, Surface, read_page, write_page
 from compare.page.study import Study
 from compare.page.table import Column, Table
 from compare.page.verdict import Verdict
 from compare.pages.export import formats as export_formats
 from compare.pages.export import gltf as export_gltf
+from compare.pages.export.arrows import moving
 from compare.pages.export.scale import Scale
 from compare.pages.export.vtu import Sheet, read_vtu, vtu_bytes
 from compare.store.arrays import npz_bytes
@@ -156,7 +157,10 @@ def scaled(source: Source, scale: Scale) -> Source:
     states = source.states
     if states is not None:  # alike: the states of one strip
         size = scale.length
-        states = replace(states, s=size * states.s, v=size * states.v, points=size * states.points)
+        touches = states.touches
+        if touches is not None:
+            touches = tuple(replace(one, points=size * one.points) for one in touches)
+        states = replace(states, s=size * states.s, v=size * states.v, points=size * states.points, touches=touches)
     return replace(source, surfaces=surfaces, ribbon=scale.arrays(source.ribbon), scale=scale, states=states)
 
 
@@ -176,6 +180,8 @@ def write(out: Path, source: Source, formats: Sequence[str]) -> dict[str, str]:
             put(f"{stem}.obj", export_formats.obj_bytes(sheet, label, source.scale.unit), f"{label}: surface, OBJ")
         if "ply" in formats:
             put(f"{stem}.ply", export_formats.ply_bytes(sheet, source.scale.unit), f"{label}: surface with fields, PLY")
+        if found.kind in ARROWS:
+            continue  # their points are no one's; contacts.csv has the places
         if "csv" in formats:
             put(f"{stem}_points.csv", export_formats.points_csv(sheet), f"{label}: points with fields, CSV")
         if "npz" in formats:
@@ -191,17 +197,19 @@ def write(out: Path, source: Source, formats: Sequence[str]) -> dict[str, str]:
         path = source.states
         if path is not None and len(path.t) > 1:
             film = export_gltf.film_bytes(
-                path.points, (path.s, path.v), path.seconds, source.page.up, source.page.title
-            )
+                path.points, (path.s, path.v), path.seconds, source.page.up, source.page.title,
+                [(kind, own.points) for kind in ARROWS if (own := moving(path, kind)) is not None],
+            )  # fmt: skip
             put("path.glb", film, f"{len(path.t)} states of the path as an animation, binary glTF 2.0")
     if "csv" in formats and source.ribbon:
         put("centreline.csv", export_formats.line_csv(source.ribbon), "centreline of the ribbon, CSV")
         put("segments.csv", export_formats.segments_csv(source.ribbon), "segments of the ribbon, CSV")
+    if "csv" in formats and (source.ribbon or "strips" in source.result):
         units, scale = source.result.get("units") or {}, source.scale
         newtons = float(units["force_N"]) if units.get("known") and scale.unit != "l" else 1.0
         touching = export_formats.contacts_csv(source.result, scale.length, newtons)
         if touching is not None:
-            put("contacts.csv", touching, "where the ribbon touches, with the pushes, CSV")
+            put("contacts.csv", touching, "where it touches, with the pushes, CSV")
     return files
 
 

@@ -10,14 +10,18 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from mpl_toolkits.mplot3d.proj3d import proj_transform
 from numpy.typing import NDArray
 
 from compare.models.holds.bodies import FLAT, ROUND, reach, round_grid
 from compare.models.holds.planes import box, clipped
 from compare.models.holds.ribbon import obstacles, walls
+from compare.models.holds.touches import lines, touches
 from compare.page.drawing import RIBBON_COLOUR, WALL_COLOUR, quads, save, screen_axes
+from compare.pages.pictures import touches as contacts
 from compare.scene.inputs.bodies import Body
 from compare.scene.units import Units
+from compare.store.touches import Touches
 from ribbon import Clamp, Equilibrium
 
 FloatArray = NDArray[np.float64]
@@ -36,6 +40,8 @@ _SIGN = 0.05
 _ROUNDING = 1e-6
 #: Most radius, over the ribbon's largest extent, of an obstacle that is shown whole.
 _SHOWN = 1.0
+#: How large the view in perspective is drawn, and what share of its room it fills where it would else end beyond it.
+_ZOOM, _MARGIN = 1.04, 0.98
 #: Sine of the angle below which a wall is seen from its edge.
 _EDGE_ON = 1e-6
 
@@ -67,7 +73,7 @@ def shades(cells: FloatArray, towards: FloatArray) -> FloatArray:
     return np.clip(base * (_DARK + (_BRIGHT - _DARK) * share)[:, None] + 0.12, 0.0, 1.0)
 
 
-def _side(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray | None) -> None:
+def _side(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray | None, touching: Touches) -> None:
     screen = screen_axes([grid], up)[0]
     flat = grid @ screen.T
     axes.add_collection(PolyCollection(list(quads(flat)), facecolors=(*_rgb(RIBBON_COLOUR), 0.3), edgecolors="none"))
@@ -96,6 +102,8 @@ def _side(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray 
         if clamp.holds_frame:
             tip = place + _SIGN * 2.0 * extent * (screen @ frame[:, 2])
             axes.plot(*np.column_stack([place, tip]), color=CLAMP_COLOUR, lw=1.5)
+    contacts.traced(axes, [line @ screen.T for line in lines(equilibrium)])
+    contacts.flat(axes, touching, screen, extent)
     axes.set_aspect("equal", adjustable="datalim")
     axes.grid(True, lw=0.3, alpha=0.6)
 
@@ -112,7 +120,7 @@ def _outline(axes: Any, body: Body, screen: FloatArray, grid: FloatArray) -> Non
         axes.plot(line[:, 0], line[:, 1], color=WALL_COLOUR, lw=1.5)
 
 
-def _space(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray | None) -> None:
+def _space(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray | None, touching: Touches) -> None:
     """The ribbon in perspective, `up` (else the direction of its least extent, of a closed band across the plane of its
     centreline) upwards, walls translucent."""
     closed = equilibrium.seam != 0
@@ -127,10 +135,12 @@ def _space(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray
     points = grid @ turn.T
     cells = quads(points)
     low, high, extent = box(points.reshape(-1, 3))
+    seen = [points.reshape(-1, 3)]
     for point, normal in walls(equilibrium):
         plane = clipped(turn @ point, turn @ normal, low, high)
         axes.add_collection3d(Poly3DCollection([plane], facecolors=(*_rgb(WALL_COLOUR), 0.18), edgecolors=WALL_COLOUR))
         low, high = np.minimum(low, plane.min(axis=0)), np.maximum(high, plane.max(axis=0))
+        seen.append(plane)
     least, most = grid.reshape(-1, 3).min(axis=0), grid.reshape(-1, 3).max(axis=0)
     for obstacle in obstacles(equilibrium):
         net = round_grid(obstacle, least, most) @ turn.T
@@ -139,6 +149,7 @@ def _space(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray
         near = net.reshape(-1, 3)
         if reach(obstacle) <= _SHOWN * extent:  # of a larger one what is beside the strip is seen
             low, high = np.minimum(low, near.min(axis=0)), np.maximum(high, near.max(axis=0))
+            seen.append(near)
     height = np.radians(_HEIGHT_CLOSED if closed and up is None else _HEIGHT)
     turned = np.radians(_TURN)
     towards = np.array([np.cos(height) * np.cos(turned), np.cos(height) * np.sin(turned), np.sin(height)])
@@ -156,13 +167,34 @@ def _space(axes: Any, equilibrium: Equilibrium, grid: FloatArray, up: FloatArray
             axes.plot(*pin.T, color=CLAMP_COLOUR, lw=1.5, zorder=10)
         else:
             axes.plot(*place[:, None], "o", color=CLAMP_COLOUR, ms=5, zorder=10)
+    contacts.traced(axes, [line @ turn.T for line in lines(equilibrium)], zorder=9)
+    contacts.space(axes, touching, turn, extent)
     size = np.maximum(high - low, 0.25 * float((high - low).max()))
     middle = 0.5 * (low + high)
     for setter, a in ((axes.set_xlim, 0), (axes.set_ylim, 1), (axes.set_zlim, 2)):
         setter(middle[a] - 0.5 * size[a], middle[a] + 0.5 * size[a])
-    axes.set_box_aspect(size, zoom=1.04)
+    axes.set_box_aspect(size, zoom=_ZOOM)
     axes.view_init(elev=float(np.degrees(height)), azim=_TURN)
     axes.set_axis_off()
+    seen += [(points + ways) @ turn.T for points, ways, _ in contacts.arrows(touching, extent)]
+    share = room(axes, np.concatenate(seen))
+    if share < 1.0:
+        axes.set_box_aspect(size, zoom=_ZOOM * share)
+    for artist in (*axes.collections, *axes.lines):  # the view's square is narrower than its place
+        artist.set_clip_on(False)
+
+
+def room(axes: Any, points: FloatArray) -> float:
+    """How large points (n, 3) of a view in perspective may be drawn over how large they are, to end within its place
+    in the figure; 1 where they do, to `_MARGIN`."""
+    figure = axes.figure
+    place = axes.get_subplotspec().get_position(figure).transformed(figure.transFigure)
+    axes.apply_aspect()
+    x, y, _ = proj_transform(*points.T, axes.get_proj())
+    drawn = axes.transData.transform(np.column_stack([x, y]))
+    middle = 0.5 * (axes.bbox.p0 + axes.bbox.p1)
+    held = np.minimum(middle - place.p0, place.p1 - middle)
+    return float(min(1.0, _MARGIN * (held / np.maximum(np.abs(drawn - middle).max(axis=0), 1e-9)).min()))
 
 
 def length_axis(units: Units | None) -> tuple[float, str]:
@@ -211,10 +243,12 @@ def ribbon_profile(path: Path, equilibrium: Equilibrium, title: str, units: Unit
     gravity = equilibrium.problem.gravity
     up = None if gravity is None else np.asarray(gravity.up, dtype=float)
     side = figure.add_subplot(places[:, 1])
-    _side(side, equilibrium, grid, up)
+    touching = touches(equilibrium)
+    _side(side, equilibrium, grid, up, touching)
+    contacts.legend(side, touching, units, loc="upper center", bbox_to_anchor=(0.5, -0.06), ncols=3, frameon=False)
     side.set_title(f"side view / {unit}", fontsize=9)
     for axis in (side.xaxis, side.yaxis):
         axis.set_major_formatter(lambda value, _: f"{size * value:.4g}")
-    _space(figure.add_subplot(places[:, 2], projection="3d"), equilibrium, grid[:: max(1, along // 400)], up)
+    _space(figure.add_subplot(places[:, 2], projection="3d"), equilibrium, grid[:: max(1, along // 400)], up, touching)
     figure.suptitle(title, wrap=True)
     return save(figure, path, _DOTS, placed=True)

@@ -10,7 +10,7 @@ from html import escape
 from importlib.resources import files
 
 from compare.page.main_table import main_table, whole_in_parts, with_values
-from compare.page.page import Page
+from compare.page.page import PUSH, RUB, Page
 from compare.page.table import Table
 from compare.pages.report.folders import Part
 from compare.pages.report.surfaces import View, as_data
@@ -187,11 +187,15 @@ def _table(table: Table) -> str:
 def _view(page: Page, view: View, still: bytes) -> str:
     """The 3-D view: a picture for those who cannot turn it, and the surfaces as data for those who can."""
     alt = view_text(page)
+    kinds = {one.surface.kind for one in view.surfaces}
+    marks = " Red arrows: pushes where the strip touches." if PUSH in kinds else ""
+    marks += " Violet: friction." if RUB in kinds else ""
     data = json.dumps(as_data(view, alt), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
     return (
         f'<figure class="view"><div class="stage">{_image(still, alt)}</div>'
         f'<script type="application/json">{data}</script>'
         '<figcaption><span class="hands">Drag or arrow keys turn, wheel (after a click), pinch or + and - zoom, shift '
         "and drag or two fingers move, 0 goes back; the pointer, a touch or the key i tells values. </span>The ribbon "
-        "lies in front of what it coincides with. Thin lines: edges; orange: their start, s = 0.</figcaption></figure>"
+        "lies in front of what it coincides with. Thin lines: edges; orange: their start, s = 0."
+        f"{marks}</figcaption></figure>"
     )

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from compare.page.page import WALL
+from compare.page.page import ARROWS, WALL
 from compare.pages.report.surfaces import ASPECT, TWO_SIDED, Shown, View, field_range, fields, screen
 
 FloatArray = NDArray[np.float64]
@@ -25,6 +25,8 @@ _PAPER = "#edf0f3"
 WALL_OPACITY = 0.18
 #: By how much of the view's radius the ribbon is drawn nearer than it is, as in the viewer.
 FRONT = 0.03
+#: Area of a triangle over the square of the view's radius that is none.
+_NO_AREA = 1e-12
 _UNKNOWN = np.array([0.62, 0.62, 0.62])
 
 
@@ -77,10 +79,10 @@ def _triangles(view: View, one: Shown, scale: ScalarMappable | None) -> tuple[Fl
     """Corners on the screen (T, 3, 2), depths (T,) and colours (T, 4) of one surface."""
     sheet, wall = one.sheet, one.surface.kind == WALL
     places, depth = screen(view, sheet.points)
-    if one.surface.of_strip:
-        depth = depth - FRONT * view.radius
+    if one.surface.of_strip or one.surface.kind in ARROWS:
+        depth = depth - (1.0 if one.surface.of_strip else 1.5) * FRONT * view.radius
     base = np.tile(np.asarray(one.colour), (len(sheet.triangles), 1))
-    if scale is not None and view.field in sheet.fields:
+    if scale is not None and view.field in sheet.fields and one.surface.kind not in ARROWS:
         values = sheet.fields[view.field][sheet.triangles].mean(axis=1)
         base = np.where(np.isfinite(values)[:, None], scale.to_rgba(np.nan_to_num(values))[:, :3], _UNKNOWN)
     middle = sheet.points[sheet.triangles].mean(axis=1)
@@ -94,7 +96,12 @@ def _triangles(view: View, one: Shown, scale: ScalarMappable | None) -> tuple[Fl
     light /= np.linalg.norm(light, axis=1, keepdims=True)
     shade = (0.6 + 0.4 * np.maximum(np.sum(normal * light, axis=1), 0.0)) * np.where(facing < 0.0, 0.9, 1.0)
     colours = np.column_stack([base * shade[:, None], np.full(len(base), WALL_OPACITY if wall else 1.0)])
-    return places[sheet.triangles], depth[sheet.triangles].mean(axis=1), colours
+    kept = np.ones(len(colours), dtype=bool)
+    if one.surface.kind in ARROWS:  # what lies between two arrows has no area
+        corners = sheet.points[sheet.triangles]
+        sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        kept = np.linalg.norm(sides, axis=1) > _NO_AREA * view.radius**2
+    return places[sheet.triangles][kept], depth[sheet.triangles].mean(axis=1)[kept], colours[kept]
 
 
 def _axes(axes: Axes, view: View) -> None:

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.page.drawing import RIBBON_COLOUR, WALL_COLOUR, screen_axes, shell_colour
-from compare.page.page import WALL, Surface
+from compare.page.drawing import PUSH_COLOUR, RIBBON_COLOUR, RUB_COLOUR, WALL_COLOUR, screen_axes, shell_colour
+from compare.page.page import ARROWS, PUSH, RUB, STRIP, WALL, Surface
+from compare.pages.export.arrows import moving
 from compare.pages.export.vtu import Sheet, seam, triangles
 from compare.store.states import States
 
@@ -115,31 +116,39 @@ def view(
     points_each: int,
     states: Mapping[str, States] | None = None,
 ) -> View:
-    """Surfaces seen from the side and a little above: the first that is no shell, one shell, the thinnest, and walls;
-    the others are a click away.
+    """Surfaces seen from the side and a little above: the first that is no shell, one shell, the thinnest, walls and
+    places of contact; the others are a click away. Without shells all strips are seen.
 
     points_each: how many points of each are kept; states: along paths, by the file that a surface names.
     """
     shells = [surface for surface, _ in pairs if surface.of_shell]
     ratios = sorted({s.width_to_thickness for s in shells if s.width_to_thickness is not None})
     fast = [place for place, (surface, _) in enumerate(pairs) if surface.of_strip]
-    seen = {place for place, (surface, _) in enumerate(pairs) if surface.kind == WALL} | set(fast[:1])
+    around = (WALL, *ARROWS)
+    seen = {place for place, (surface, _) in enumerate(pairs) if surface.kind in around}
+    seen |= set(fast[:1] if shells else fast)  # several strips are seen together
     if shells:
         thinnest = max(range(len(shells)), key=lambda k: (shells[k].width_to_thickness or 0.0, -k))
         seen.add([place for place, (surface, _) in enumerate(pairs) if surface.of_shell][thinnest])
     shown = []
     for place, (surface, sheet) in enumerate(pairs):
         if not surface.of_shell:
-            colour = RIBBON_COLOUR if surface.of_strip else WALL_COLOUR
+            colour = {STRIP: RIBBON_COLOUR, PUSH: PUSH_COLOUR, RUB: RUB_COLOUR}.get(surface.kind, WALL_COLOUR)
         elif surface.width_to_thickness is None:
             colour = shell_colour(shells.index(surface))
         else:
             colour = shell_colour(ratios.index(surface.width_to_thickness))
         partner = _partner(sheet, [(k, pairs[k][1]) for k in fast]) if surface.of_shell else None
         path = (states or {}).get(surface.states)
-        shown.append(Shown(surface, thinned(sheet, points_each), _rgb(colour), place in seen, partner, path))
-    clouds = [one.sheet.points for one in shown if one.surface.kind != WALL] or [one.sheet.points for one in shown]
-    clouds += [one.states.points.reshape(-1, 3) for one in shown if one.states is not None]
+        if surface.kind in ARROWS:
+            path = None if path is None else moving(path, surface.kind)
+            kept = Sheet(sheet.points, sheet.triangles, {**sheet.scalars(), "_normal": sheet.normals()})
+        else:
+            kept = thinned(sheet, points_each)
+        shown.append(Shown(surface, kept, _rgb(colour), place in seen, partner, path))
+    own = [one for one in shown if one.surface.kind not in around]
+    clouds = [one.sheet.points for one in own] or [one.sheet.points for one in shown]
+    clouds += [one.states.points.reshape(-1, 3) for one in own if one.states is not None]
     cloud = np.concatenate(clouds)
     upwards = np.asarray((0.0, 0.0, 1.0) if up is None else up, dtype=float)
     upwards = upwards / np.linalg.norm(upwards)

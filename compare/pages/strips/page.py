@@ -11,6 +11,7 @@ import numpy as np
 from compare.measure.grades import GOOD, POOR, UNKNOWN, worst
 from compare.measure.grid import Grid
 from compare.models.strips.solve import StripsState
+from compare.models.strips.touches import touches
 from compare.models.strips.walls import OnStrip, walls_of_strip
 from compare.page.drawing import pictured
 from compare.page.page import STRIP, Picture, Surface
@@ -20,6 +21,8 @@ from compare.page.verdict import Check, Verdict, bounded
 from compare.page.wording import length
 from compare.pages.export.scale import BY_AREA, POWERS
 from compare.pages.export.vtu import write_vtu
+from compare.pages.strips import words as said
+from compare.pages.written import write_touches
 from compare.scene.units import Units
 from compare.store.finite import explained
 from compare.store.made_by import provenance
@@ -86,15 +89,10 @@ def rows(state: StripsState, units: Units | None = None) -> list[tuple[str, str]
         ("lowest eigenvalue", f"{native.lowest_eigenvalue:.4g}"),
         ("left of force and moment", f"{max(state.balance):.1e}"),
     ]
-    found += [
-        (f"joint {row[0]} - {row[1]}", f"force {row[3]} D w / l^2, moment {row[4]} D w / l") for row in _joints(state)
-    ]
-    for wall in walls(state):
-        touched = ", ".join(f"{name} at {len(own['contacts'])}" for name, own in wall["strips"].items())
-        along = f", friction {_vector(wall['friction'])}" if "friction" in wall else ""
-        text = f"{_vector(wall['force'])}{along} D w / l^2; {touched or 'touches nothing'}"
-        found.append((f"force of {wall['name']}", text))
-    return [*found, ("units", f"l and D w of the strip {state.scene.names[0]}")]
+    found += said.ends(state, units) + said.joints(state, units) + said.contact(state, units)
+    found += said.walls(walls(state), units)
+    error = "unknown" if native.error is None else length(units, native.error)
+    return [*found, ("discretisation error", error), ("units", f"l and D w of the strip {state.scene.names[0]}")]
 
 
 def _joints(state: StripsState) -> list[tuple[str, str, str, str, str]]:
@@ -311,9 +309,13 @@ def write(out: Path, state: StripsState, again: str) -> None:
         surfaces.append(Surface(f"{name}.vtu", name, STRIP, "omega"))
         files[f"{name}.vtu"] = f"surface of {name} with fields (ParaView), lengths in l of the first strip"
         grids[name] = points
+    if touching := touches(state):
+        marks = write_touches(out, touching, np.concatenate([points.reshape(-1, 3) for points in grids.values()]))
+        surfaces += marks
+        files |= {one.file: f"{one.label}, as arrows (ParaView)" for one in marks}
     pictures: tuple[Picture, ...] = ()
     if pictured(lambda: _draw(out, state, grids)):
-        alt = f"{len(grids)} strips from two sides and in space; dots are joints, crosses places of contact"
+        alt = f"{len(grids)} strips from two sides and in space; dots are joints, with arrows places of contact"
         pictures = (Picture(PICTURE, alt),)
         files[PICTURE] = "the strips from two sides and in space"
     study = Study(
@@ -326,5 +328,5 @@ def _draw(out: Path, state: StripsState, grids: dict[str, Any]) -> None:
     from compare.pages.strips.picture import draw
 
     joints = [joint.at for joint in state.native.joints]
-    touches = [0.5 * (touch.at + touch.at_other) for touch in state.native.touching]
-    draw(out / PICTURE, grids, joints, touches, state.scene.title, state.scene.up)
+    scene = state.scene
+    draw(out / PICTURE, grids, joints, touches(state), scene.title, scene.up, scene.first.units)

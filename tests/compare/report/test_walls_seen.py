@@ -11,7 +11,7 @@ from compare.cli import main
 from compare.models import solve
 from compare.models.holds.bodies import patch
 from compare.models.holds.ribbon import body_of, nets
-from compare.page.page import SHELL, STRIP, WALL, Surface
+from compare.page.page import PUSH, SHELL, STRIP, WALL, Surface
 from compare.pages.export.formats import contacts_csv
 from compare.pages.export.vtu import grid_sheet, read_vtu
 from compare.pages.report import still
@@ -56,7 +56,8 @@ def test_a_page_has_them_and_the_camera_looks_at_the_strip_alone(pressed):
     pairs = [(Surface(**one), read_vtu(out / one["file"])) for one in page["surfaces"]]
     both, alone = view(pairs, (0.0, 1.0, 0.0), 500), view(pairs[:1], (0.0, 1.0, 0.0), 500)
     assert both.distance == alone.distance
-    assert [one.first for one in both.surfaces] == [True, True, True]
+    assert [one.surface.kind for one in both.surfaces] == [STRIP, WALL, WALL, PUSH]
+    assert all(one.first for one in both.surfaces)
     data = as_data(both, "")
     low, span = np.array(data["low"]), np.array(data["span"])
     cloud = np.concatenate([sheet.points for _, sheet in pairs])

@@ -1,4 +1,5 @@
 const WALL_OPACITY = 0.18;
+const ARROWS = ["push", "friction"]; // kinds of surfaces that mark where a strip touches
 
 // One surface: its fine mesh and, where it has them, its states along a path (frames) on a coarser one
 class Sheet {
@@ -214,7 +215,7 @@ class View {
 
   // The range of the colours: one for all surfaces shown that have the field
   range() {
-    const found = this.surfaces.filter((s) => s.shown && s.now.fields[this.field]).map((s) => s.now.fields[this.field]);
+    const found = this.surfaces.filter((s) => s.shown && !ARROWS.includes(s.kind) && s.now.fields[this.field]).map((s) => s.now.fields[this.field]);
     if (!found.length) return null;
     let low = Math.min(...found.map((f) => f.from)), high = Math.max(...found.map((f) => f.to));
     const least = Math.min(...found.map((f) => f.low)), most = Math.max(...found.map((f) => f.high));
@@ -240,7 +241,7 @@ class View {
       if (this.gl) this.painter.colours(this.table);
     }
     for (const s of this.surfaces) {
-      const field = range && s.now.fields[this.field];
+      const field = range && !ARROWS.includes(s.kind) && s.now.fields[this.field];
       s.values = !field ? null : field.known.map((x) => (Number.isNaN(x) ? -1 : clamp((x - range.low) / (range.high - range.low), 0, 1)));
     }
     this.redraw();
@@ -263,9 +264,11 @@ class View {
     const rank = (s) => ["ribbon", "shell", "wall"].indexOf(s.kind); // the ribbon first: shells may let it through, walls do
     order.sort(([a], [b]) => rank(a) - rank(b));
     order.forEach(([s, number]) => {
-      const front = s.kind === "ribbon" ? this.front() : 0, opacity = { ribbon: 1, wall: WALL_OPACITY }[s.kind] || this.opacity;
+      const marks = ARROWS.includes(s.kind);
+      const front = s.kind === "ribbon" ? this.front() : marks ? 1.5 * this.front() : 0, opacity = { ribbon: 1, push: 1, friction: 1, wall: WALL_OPACITY }[s.kind] || this.opacity;
       const how = { colour: s.colour, opacity, nearer: front - 2e-4 * number * data.radius };
       painter.sheet(`s${number}`, { ...s.now, values: s.values }, view, how);
+      if (marks) return;
       const line = { colour: edge, opacity: Math.max(opacity, 0.35), nearer: front + 0.002 * data.radius, width: 1.5 * ratio };
       painter.line(`o${number}`, s.now.bands.outline, view, line);
       if (s.kind === "wall") return;
@@ -282,7 +285,7 @@ class View {
     const ray = unit(add(add(add([0, 0, 0], view.away, -1), view.right, across), view.up, upwards));
     let best = null;
     for (const s of this.surfaces) {
-      if (!s.shown || s.kind === "wall") continue;
+      if (!s.shown || s.kind === "wall" || ARROWS.includes(s.kind)) continue;
       const found = hit(view.eye, ray, s.now.places, s.now.triangles);
       const depth = found && found[0] - (s.kind === "ribbon" ? this.front() : 0);
       if (found && (!best || depth < best.depth)) best = { s, found, depth };
