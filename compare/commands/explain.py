@@ -32,7 +32,6 @@ def register(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Explains."""
-    from compare.models.choice import settled
     from compare.models.scope import require_shell
     from compare.page.terminal import print_table, print_verdict
     from compare.pages import explain as effects_page
@@ -48,13 +47,10 @@ def run(options: argparse.Namespace, console: Console) -> int:
     solves = shell = prices = None
     with Reporter(quiet=options.quiet) as reporter, _place(out, reporter) as folder:
         choosing = scene.model.accuracy is not None
-        first = "the choice of an energy, then " if choosing else ""
-        reporter.step(f"{first}evaluations with and without each effect")
-        found = explain(scene)
+        reporter.step("the choice of an energy" if choosing else "evaluations with and without each effect")
+        found = explain(scene, reporter)
         if options.run is not False or options.shell:
-            if choosing:
-                reporter.step("the choice of an energy, for whole solves")
-            one = settled(scene)
+            one = scene if found.choice is None else found.choice.scene
             solves = effects_measured.solves(one, found, reporter, always=options.run)
             prices = effects_priced.priced(one, found, solves, reporter)
         if options.shell and solves is not None:

@@ -22,7 +22,7 @@ from compare.models.base import Model
 if TYPE_CHECKING:
     from compare.continuation.point import Point
     from compare.continuation.system import System
-    from compare.models.base import Options, Shape, Size, State
+    from compare.models.base import Effect, Options, Shape, Size, State
     from compare.scene.scene import Scene
     from compare.store.progress import Reporter
 
@@ -213,9 +213,22 @@ class Estimates(Protocol):
         """The distance to a shell of this w/h, and the share of its energy that stretches it."""
 
 
+@dataclass(frozen=True)
+class Choice:
+    """What a model has chosen for a scene: the scene with that energy; effects: what the energy leaves out; solve: the
+    scene's state as by `Model.solve`, from what the choice has solved on its way where that took long."""
+
+    scene: Scene
+    effects: tuple[Effect, ...]
+    solve: Callable[[Options, Reporter | None], State]
+
+
 @runtime_checkable
 class Chooses(Protocol):
     """A model that chooses among its energies where a scene names none."""
+
+    def choice(self, scene: Scene, say: Reporter | None = None) -> Choice:
+        """The choice for a scene with `model.accuracy`, made once. Raises `BadInput` like `Model.solve`."""
 
     def settled(self, scene: Scene) -> Scene:
         """The scene with the energy that would be chosen for it, so that its neighbours are solved with the same one.

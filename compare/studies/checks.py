@@ -32,6 +32,8 @@ QUADRATURE = 1e-8
 PENETRATION = 1e-6
 #: By how much friction may miss Coulomb's law, of the largest mu N.
 COULOMB = 1e-6
+#: Words of a state on finer elements (`compare.models.base.Refinement`) that is an equilibrium.
+_EQUILIBRIA = ("converged", "saddle", "unstable")
 #: Gauss points across the strip, where the weight is that of the surface.
 _ACROSS = 6
 
@@ -161,6 +163,10 @@ def elements(state: State) -> Check:
     """The discretisation error of the shape."""
     if state.error is None:
         return unchecked("elements", f"how accurately is not known{_why(state)}")
+    if state.refinements and state.refinements[-1].status not in _EQUILIBRIA:
+        finest = state.refinements[-1].elements
+        text = f"it moves by {state.error:.1e} l on finer elements, and on {finest} it has no state: its limit is open"
+        return Check("elements", UNKNOWN, text, state.error, GOOD_UP_TO["error"])
     found = grade("error", state.error)
     return Check("elements", found, f"{state.error:.1e} l from its limit", state.error, GOOD_UP_TO["error"])
 
@@ -308,7 +314,9 @@ def crossing(scene: Scene, state: State) -> Check:
     if found.places:
         s, _, other, _ = found.places[0]
         more = ", and elsewhere" if len(found.places) > 1 else ""
-        text = f"this shape crosses itself at s = {s:.4g}, s' = {other:.4g} (over l){more}; nothing keeps it apart"
+        text = f"this shape crosses itself at s = {s:.4g}, s' = {other:.4g} (over l){more}"
+        if scene.apart is None:
+            text += ": add [contact] with itself = true"
         return Check("crossing", POOR, text)
     if found.within is not None:
         return unchecked("crossing", f"it comes within {found.within:.0e} l of itself; whether it crosses is not known")

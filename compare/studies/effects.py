@@ -8,35 +8,42 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from compare.models.base import Effect, Model, check_keys
-from compare.models.capabilities import Evaluates, Evaluation
+from compare.models.capabilities import Choice, Chooses, Evaluates, Evaluation
 from compare.models.choice import chosen, is_cross_check, no_third_opinion, shell_in_words, third_opinion
 from compare.scene.scene import Scene
+from compare.store.progress import Reporter
 
 
 @dataclass(frozen=True)
 class Explanation:
     """The effects of a scene in its own model; evaluation: what that evaluates, None where it has no such thing;
-    third_opinion ("": the model itself is that) and shell: what stands beside it, in words."""
+    third_opinion ("": the model itself is that) and shell: what stands beside it, in words; choice: of its energy, None
+    where the scene names it."""
 
     model: str
     effects: tuple[Effect, ...]
     evaluation: Evaluation | None
     third_opinion: str
     shell: str
+    choice: Choice | None = None
 
 
-def explain(scene: Scene) -> Explanation:
+def explain(scene: Scene, say: Reporter | None = None) -> Explanation:
     """Effects of the scene, each switched off alone where it can be. Raises `BadInput` for a scene that its model
     refuses."""
     model = chosen(scene)
     check_keys(model, scene)
     shell = shell_in_words(scene)
+    choice = model.choice(scene, say) if isinstance(model, Chooses) and scene.model.accuracy is not None else None
+    if choice is not None and say is not None:
+        say.step("evaluations with and without each effect")
     return Explanation(
         model=model.name,
-        effects=model.effects(scene),
+        effects=model.effects(scene) if choice is None else (*model.effects(choice.scene), *choice.effects),
         evaluation=model.evaluation(scene) if isinstance(model, Evaluates) else None,
         third_opinion=_cross_check(scene, model),
         shell=f"{shell.why}; {shell.words}" if shell.on else f"none: {shell.why}.",
+        choice=choice,
     )
 
 

@@ -96,7 +96,11 @@ def solves(scene: Scene, found: Explanation, reporter: Reporter, *, always: bool
     """
     model = chosen(scene)
     with compiled() as count:
-        own = model.solve(scene, options=Options(error=True, repeats=None), say=reporter)
+        options = Options(error=True, repeats=None)
+        if found.choice is None:
+            own = model.solve(scene, options=options, say=reporter)
+        else:
+            own = found.choice.solve(options, reporter)
         fresh = count() > 0
     if fresh and not own.seconds.repeats:  # what compiled is no warm time
         own = replace(own, seconds=model.solve(scene, options=Options(repeats=1)).seconds)

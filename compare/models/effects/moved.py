@@ -376,7 +376,9 @@ def _itself(scene: Scene, e: Equilibrium, thickness: float | None) -> Priced:
         why = f"kept {scene.apart:.2g} l apart, {touching} pairs touch; nearest {where}, gap {found.gap:.2g} l"
         return Priced(ITSELF, True, None if touching else 0.0, why=why)
     if found.crosses:
-        why = f"the strip passes through itself, nearest {where}: nothing in the scene keeps it apart"
+        why = (
+            f"this shape crosses itself at s = {first:.2f}, s' = {last:.2f} (over l): add [contact] with itself = true"
+        )
         return Priced(ITSELF, False, None, why=why)
     touches = thickness is not None and found.gap < thickness
     if touches:

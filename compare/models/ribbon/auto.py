@@ -129,7 +129,7 @@ def choose(scene: Scene, options: Options | None = None, say: Reporter | None = 
     first = LADDER[0]
     if say is not None:
         say.step(f"auto: {first}")
-    solved[first] = solved_as(named(first), options, None)
+    solved[first] = solved_as(named(first), options, say)
     _, there, _ = solved[first]
     spent = time.perf_counter() - clock
     clock = time.perf_counter()
@@ -153,7 +153,7 @@ def choose(scene: Scene, options: Options | None = None, say: Reporter | None = 
                 break
             if say is not None:
                 say.step(f"auto: {energy}")
-            solved[energy] = solved_as(named(energy), options, None)
+            solved[energy] = solved_as(named(energy), options, say)
         _, found, _ = solved[energy]
         moved = apart(found, best, grid) if found.ok else float("inf")
         estimate = _known(left_out.behind(moved))

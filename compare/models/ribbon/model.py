@@ -25,6 +25,7 @@ from compare.models.base import (
     Status,
     Variant,
 )  # fmt: skip
+from compare.models.capabilities import Choice as Chosen
 from compare.models.capabilities import Evaluation, Reference
 from compare.models.quantities.ribbon import QUANTITIES
 from compare.models.reference import cut
@@ -33,7 +34,7 @@ from compare.models.ribbon.refinement import judged, left, refined
 from compare.models.ribbon.solving import solved, solved_line, solved_together, together
 from compare.models.ribbon.state import own_size, state_of
 from compare.models.scope import beyond_the_ribbon
-from compare.models.timing import compiling
+from compare.models.timing import LONG, compiled, compiling
 from compare.registry import name_for
 from ribbonbench.errors import BadInput
 
@@ -155,11 +156,7 @@ class RibbonModel(Model):
         say: Reporter | None = None,
     ) -> State:
         """From the seed, along the path, or to the tolerance. `near` is not used: the scene's own seed decides."""
-        options = options or Options()
-        if half_turns.are_several(scene):  # what such a saddle is left for has fewer
-            options = replace(options, leave_saddle=False)
-        elif options.leave_saddle is None:
-            options = replace(options, leave_saddle=scene.only_raised)
+        options = _as_solved(scene, options or Options())
         if scene.model.accuracy is not None:
             return half_turns.counted(scene, self._chosen(scene, size, options, say))
         return half_turns.counted(scene, self._solved(scene, size, options, say))
@@ -322,15 +319,32 @@ class RibbonModel(Model):
 
     def effects(self, scene: Scene) -> tuple[Effect, ...]:
         """Loads, shape, ends, walls and procedures, measured where they are on (`compare.models.effects.ribbon`)."""
-        from compare.models.effects.ribbon import effects, skipped
+        from compare.models.effects.ribbon import effects
 
+        if scene.model.accuracy is not None:
+            choice = self.choice(scene)
+            return (*self.effects(choice.scene), *choice.effects)
         with self._admitted(scene):
-            if scene.model.accuracy is None:
-                return effects(scene)
-            from compare.models.ribbon.auto import choose, with_energy
+            return effects(scene)
 
-            choice = choose(scene)
-            return (*effects(with_energy(scene, choice.energy)), *skipped(choice))
+    def choice(self, scene: Scene, say: Reporter | None = None) -> Chosen:
+        """As `solve` makes it, within the scene's budget (`compare.models.capabilities.Chooses`)."""
+        from compare.models.effects.ribbon import skipped
+        from compare.models.ribbon.auto import choose, with_energy
+        from ribbon.solvers.budget import within
+
+        with self._admitted(scene), within(scene.model.budget), compiled() as count, compiling(say):
+            choice = choose(scene, _as_solved(scene, Options()), say)
+            fresh = count() > 0
+        one, done = with_energy(scene, choice.energy), choice.solved.get(choice.energy)
+        if fresh or (done is not None and done[2].first < LONG):  # solved again, its time tells what a solve takes
+            done = None
+
+        def solve(options: Options, say: Reporter | None) -> State:
+            options = _as_solved(one, options)
+            return half_turns.counted(one, self._solved(one, None, options, say, None if options.repeats else done))
+
+        return Chosen(one, skipped(choice), solve)
 
     def settled(self, scene: Scene) -> Scene:
         """With the energy that its accuracy chooses (`compare.models.capabilities.Chooses`)."""
@@ -380,6 +394,13 @@ class RibbonModel(Model):
                     raise BadInput("strip.natural_curvature", value, error.remedy) from None
                 raise BadInput("seed.curvature", None if given is None else list(given), error.remedy) from None
             raise BadInput("scene", scene.name, str(error)) from None
+
+
+def _as_solved(scene: Scene, options: Options) -> Options:
+    """The options with what the scene itself says about leaving a saddle, where they do not."""
+    if half_turns.are_several(scene):  # what such a saddle is left for has fewer
+        return replace(options, leave_saddle=False)
+    return options if options.leave_saddle is not None else replace(options, leave_saddle=scene.only_raised)
 
 
 def _beside_rivals(scene: Scene, state: State, seen: Probed | None = None) -> State:

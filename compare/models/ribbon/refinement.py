@@ -167,7 +167,7 @@ def _in_the_limit(state: State, finest: State, values: list[float], scene: Scene
         return state
     found, tried = limit_of(values), list(state.refinements)
     for _ in range(MORE):
-        if (found is not None and (found.signed or abs(found.value) <= SIGNED)) or abs(values[-1]) <= SIGNED:
+        if (found is not None and _is_told(found)) or abs(values[-1]) <= SIGNED:
             break
         if spent() or 2 * finest.native.problem.lengths.size > MOST_SPARSE_SEGMENTS:
             break
@@ -184,6 +184,12 @@ def _in_the_limit(state: State, finest: State, values: list[float], scene: Scene
     return state if found is None else _with_limit(state, found)
 
 
+def _is_told(limit: Limit) -> bool:
+    """Whether the limit has a sign, or is zero to rounding and so is its error: what is within more than `SIGNED` of
+    zero may be of either sign."""
+    return limit.signed or max(abs(limit.value), limit.error) <= SIGNED
+
+
 def _with_limit(state: State, limit: Limit) -> State:
     """The state with the limit of its lowest eigenvalue; its stability is open where the limit's sign is."""
     state = replace(state, numbers={**state.numbers, "eigenvalue_limit": asdict(limit)})
@@ -191,7 +197,7 @@ def _with_limit(state: State, limit: Limit) -> State:
     if own is not None and known is not None:
         own = max(own, abs(known - limit.value) + limit.error)
         state = replace(state, errors={**state.errors, "lowest_eigenvalue": own})
-    if limit.signed or abs(limit.value) <= SIGNED or state.stable is None:
+    if _is_told(limit) or state.stable is None:
         return state
     text = f"its lowest eigenvalue tends to {limit.value:.2g} within {limit.error:.2g}: whether it is stable is open"
     message = state.message.replace("a stable equilibrium", "an equilibrium")

@@ -241,6 +241,7 @@ def test_a_shape_through_itself_is_not_what_one_sees(states):
             assert (found.grade, told.grade) == (POOR, POOR)
             s, _, other, _ = state.crossing(scene.width).places[0]
             assert f"crosses itself at s = {s:.4g}, s' = {other:.4g}" in told.text
+            assert "add [contact] with itself = true" in told.text
             assert data["crossings"][0][0][0] == s
             assert data["crossings"][0][1][0] == other
         else:

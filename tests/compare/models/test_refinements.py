@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
+from compare.measure.grades import GOOD, UNKNOWN
+from compare.measure.limit import Limit
 from compare.models.base import Options, Status
 from compare.models.ribbon.model import RibbonModel
+from compare.models.ribbon.refinement import _with_limit
 from compare.pages.result import state_result
 from compare.scene.scene import load, loads
+from compare.studies.checks import elements, stability
 
 TAPE = """
 [strip]
@@ -33,6 +39,11 @@ normal = [0.0, 0.0, 1.0]
 """
 COARSE = "[model]\nelements = 20\n"
 NATURAL = "[seed]\ncurvature = 2.0\n"  # its natural shape, which is then the only start
+
+
+@pytest.fixture(scope="module")
+def curl():
+    return RibbonModel().solve(load("curl_4_3").replace({"model.elements": 20}), options=Options(error=True))
 
 
 def solved(text: str, **options):
@@ -138,3 +149,20 @@ def test_ends_held_a_length_apart_are_straight_on_any_segments():
         assert found.status is Status.CONVERGED
         assert found.error == 0.0
         assert found.iterations == 0
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "stable"),
+    [(-1.2e-7, 1.2e-6, None), (3e-10, 2e-9, True), (2e-5, 1e-5, True), (1e-3, 2e-3, None)],
+)
+def test_a_limit_whose_sign_is_open_leaves_stability_open(curl, value, error, stable):
+    """A zero to rounding, error and all, is one that nothing resists (docs/theory.md, 4.5), and stays as it was."""
+    told = _with_limit(curl, Limit(value, error, 2.0))
+    assert told.stable is stable
+    assert (stability(told).grade == UNKNOWN) == (stable is None)
+
+
+def test_an_error_beyond_which_finer_segments_have_no_state_is_not_known(curl):
+    assert elements(curl).grade == GOOD
+    broken = replace(curl, refinements=(*curl.refinements[:-1], replace(curl.refinements[-1], status="not_converged")))
+    assert elements(broken).grade == UNKNOWN

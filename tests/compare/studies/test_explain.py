@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import pytest
 
 from compare.cli import BAD_INPUT, DONE, main
+from compare.models.base import Options, Seconds
 from compare.models.effects import ribbon_off
+from compare.models.ribbon import auto
 from compare.models.ribbon.build import formulation_why, ribbon_arguments, ribbon_problem
 from compare.models.ribbon.solving import solver
+from compare.models.timing import LONG
 from compare.page.page import read_page
 from compare.scene.scene import load, loads
 from compare.studies.effects import explain
 from ribbon import solve
+from ribbonbench.clock import spent
 from ribbonbench.errors import BadInput
 from tests.compare.models import outside
 from tests.compare.scene import held_scenes
@@ -272,3 +277,42 @@ def test_the_scenes_own_model_is_explained():
     assert found.evaluation is None
     assert {e.key for e in found.effects if e.changes is not None} == {"weight"}
     assert explain(load("cantilever")).model == "ribbon"
+
+
+def test_an_energy_is_chosen_once_and_within_the_budget(monkeypatch):
+    made, seen = auto.choose, []
+
+    def choose(*told):
+        seen.append(spent())
+        return made(*told)
+
+    monkeypatch.setattr(auto, "choose", choose)
+    open_energy = ["--set", "model.energy=auto", "--set", "model.accuracy=0.01", "--set", "shell.width_to_thickness=20"]
+    assert main(["explain", "curl_4_3", *open_energy, "--set", "model.budget=60", "--no-run", "--quiet"]) == DONE
+    assert main(["explain", "curl_4_3", *open_energy, "--set", "model.budget=60", "--run", "--quiet"]) == DONE
+    keys = {"model.energy": "auto", "model.accuracy": 0.01, "shell.width_to_thickness": [20.0], "model.budget": 1e-9}
+    explain(load("curl_4_3").replace(keys))
+    assert seen == [False, False, True]
+
+
+def test_what_a_choice_has_solved_is_not_solved_again():
+    """Where it took long (`compare.models.timing.LONG`): told here by a first time that is made longer."""
+    scene = load("cantilever").replace(
+        {"strip.poisson": 0.0, "shell.width_to_thickness": [20.0], "model.energy": "auto", "model.accuracy": 0.01}
+    )
+    made = auto.choose
+
+    def slow(*told):
+        found = made(*told)
+        solved = {name: (path, e, Seconds(LONG + 1.0)) for name, (path, e, _) in found.solved.items()}
+        return replace(found, solved=solved)
+
+    with pytest.MonkeyPatch.context() as patch:
+        explain(scene)  # kernels are compiled
+        patch.setattr(auto, "choose", slow)
+        again = explain(scene).choice.solve(Options(error=True, repeats=None), None)
+    fresh = explain(scene).choice.solve(Options(error=True, repeats=None), None)
+    assert again.seconds.first == LONG + 1.0
+    assert fresh.seconds.first < LONG
+    assert again.energy.total == pytest.approx(fresh.energy.total, rel=1e-9)
+    assert again.error == pytest.approx(fresh.error, rel=1e-3)
