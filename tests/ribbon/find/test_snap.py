@@ -85,10 +85,12 @@ def test_where_nothing_is_kept_apart_a_strip_goes_downhill_as_it_is():
     problem = build(strip, Clamp(), end=end, energy="finite", segments=20, formulation="mixed")
     s = np.linspace(0.0, 1.0, 21)
     begin = problem.state(3.0 * np.sin(4.0 * np.pi * s) + 3.0 * np.cos(4.0 * np.pi * s), 0.01 + 0.0 * s)
-    state = snap.landed(problem, begin, How())
+    with np.errstate(divide="raise"):
+        state = snap.landed(problem, begin, How())
+    known = solve(strip, Clamp(), end=end, segments=20, energy="finite")
     assert state.ok
     assert state.pairs == ()
-    assert state.energy.total == pytest.approx(solve(strip, Clamp(), end=end, segments=20, energy="finite").energy.total)
+    assert state.energy.total == pytest.approx(known.energy.total)
     assert passage(problem, begin, problem, state.x) is None
 
 
