@@ -3,8 +3,8 @@
 No place goes farther in a step than a part of the distance that parts keep, and all that could meet in the steps before
 the next look is held apart: what is far from each other then cannot pass. A thin strip would take thousands of them:
 steps of one that is not a round rod grow while nothing passes, and are taken back where a look at the way finds that
-something did. The way is that of a minimiser, not of a strip with mass: which of several equilibria it ends in is not
-decided by mechanics.
+something did. Where no parts are kept apart steps are as long as those at once, and may pass. The way is that of a
+minimiser, not of a strip with mass: which of several equilibria it ends in is not decided by mechanics.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def downhill(
 ) -> tuple[MixedProblem, Minimum]:
     """The problem with the pairs of places that its equilibrium needs, and the equilibrium, from unknowns x (n,) near
     its rows; one that has not arrived where none is found."""
-    travel = _TRAVEL * problem.apart
+    travel = _TRAVEL * problem.apart or _FARTHEST
     chosen = {"mu_init": 1e-5, **(options or {}), "travel": travel, "max_iter": _STEPS}
     minimum: Minimum | None = None
     iterations, far = 0, travel
@@ -87,6 +87,8 @@ def downhill(
 
 def _what_could_meet(problem: MixedProblem, x: FloatArray, below: float) -> tuple[Pair, ...]:
     """The pairs of places nearer than `below` (l) beyond what they keep."""
+    if not problem.apart:
+        return ()
     if problem.round:
         return tuple(pair for _, pair in strands.places(problem, x, below))
     return apart.around(problem, [pair for _, pair in nearness.minima(problem, x, below)])

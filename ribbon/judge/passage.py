@@ -45,7 +45,10 @@ class Passage(NamedTuple):
 
 
 def passage(one: MixedProblem, x: FloatArray, other: MixedProblem, x_other: FloatArray) -> Passage | None:
-    """Where a strip passes through itself between two states that keep `other.apart`; None: it does not."""
+    """Where a strip passes through itself between two states that keep `other.apart`; None: it does not, or
+    no parts are kept apart."""
+    if not other.apart:
+        return None
     count = int(
         min(_MOST, max(np.ceil(1.0 / (_SHARE * other.apart)), nearness.enough(one, x), nearness.enough(other, x_other)))
     )

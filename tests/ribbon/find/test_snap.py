@@ -79,6 +79,21 @@ def test_strands_that_change_sides_pass(twisted):
     assert passage(problem, above, problem, problem.state(7.5 + 0.0 * s, 0.45 + 0.0 * s)) is None
 
 
+def test_where_nothing_is_kept_apart_a_strip_goes_downhill_as_it_is():
+    """From the shape of a second arch to the first; nothing passes, whatever the way."""
+    strip, end = Strip(1.0, 0.02, NU, thickness=0.001), Clamp((0.0, 0.0, 0.8), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
+    problem = build(strip, Clamp(), end=end, energy="finite", segments=20, formulation="mixed")
+    s = np.linspace(0.0, 1.0, 21)
+    begin = problem.state(3.0 * np.sin(4.0 * np.pi * s) + 3.0 * np.cos(4.0 * np.pi * s), 0.01 + 0.0 * s)
+    with np.errstate(divide="raise"):
+        state = snap.landed(problem, begin, How())
+    known = solve(strip, Clamp(), end=end, segments=20, energy="finite")
+    assert state.ok
+    assert state.pairs == ()
+    assert state.energy.total == pytest.approx(known.energy.total)
+    assert passage(problem, begin, problem, state.x) is None
+
+
 def rod(turn: float, z: float):
     end = Clamp((0.0, 0.0, z), (0.0, 0.0, 1.0), (np.sin(turn), np.cos(turn), 0.0))
     return build(STRIP, Clamp(), end=end, energy="kirchhoff", segments=40, apart=0.02, round_rod=True)

@@ -53,11 +53,12 @@ STEP, DISTANCES = 0.004, (0.54, 0.5)
 
 
 class Case(NamedTuple):
-    """Energy, w / l, w / h."""
+    """Energy, w / l, w / h, rulings at the clamps."""
 
     energy: str
     width: float
     slender: float
+    ruling: str = "free"
 
     @property
     def name(self) -> str:
@@ -81,10 +82,10 @@ def problem(
     frame turned about it by TURNS."""
     axis = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
     frame = Rotation.from_rotvec(2.0 * np.pi * TURNS * axis).as_matrix()
-    end = Clamp(tuple(distance * axis), tuple(frame[:, 2]), tuple(frame[:, 1]), "free")
+    end = Clamp(tuple(distance * axis), tuple(frame[:, 2]), tuple(frame[:, 1]), case.ruling)
     stiffness = "plate" if case.energy == "kirchhoff" else None
     found = build(
-        case.strip, Clamp(ruling="free"), end=end, energy=case.energy, segments=lengths, formulation="mixed",
+        case.strip, Clamp(ruling=case.ruling), end=end, energy=case.energy, segments=lengths, formulation="mixed",
         stiffness=stiffness, apart=apart,
     )  # fmt: skip
     assert isinstance(found, MixedProblem)
