@@ -85,3 +85,35 @@ def facing(span, gap, apart, weight, guess):
     found = fsolve(misses, guess, xtol=1e-12)
     assert np.abs(misses(found)).max() < 1e-9
     return found
+
+
+def facing_rubbed(span, gap, apart, weight, mu, guess):
+    """The two of `facing`, the second one's tip drawn along the first away from its clamp: ``F = N (-n + mu t)`` on the
+    first at the point halfway, its moment there ``m = (apart / 2) n x F``, and -F on the second.
+
+    N, place s on the first, both moments at the clamps, angle at the place; and the bending energy of both."""
+
+    def along_it(moment, along, up, load, length):
+        def slope(s, y):
+            turn = y[4] * np.sin(y[2]) - y[5] * np.cos(y[2])
+            return [np.cos(y[2]), np.sin(y[2]), y[3], turn, 0.0, load, 0.5 * y[3] ** 2]
+
+        return solve_ivp(slope, (0.0, length), [0.0, 0.0, 0.0, moment, along, up, 0.0], rtol=1e-11, atol=1e-12).y[:, -1]
+
+    def both(u):
+        push, s, low, high, angle = u
+        normal, way = np.array([-np.sin(angle), np.cos(angle)]), np.array([np.cos(angle), np.sin(angle)])
+        force = push * (mu * way - normal)
+        couple = 0.5 * apart * (normal[0] * force[1] - normal[1] * force[0])
+        ends = along_it(low, *force, 0.0, s), along_it(high, force[0], -force[1] - weight, weight, 1.0)
+        return normal, couple, *ends
+
+    def misses(u):
+        normal, couple, first, second = both(u)
+        tip = np.array([span - second[0], apart + gap + second[1]])
+        return [first[3] - couple, second[3] + couple, *(tip - first[:2] - apart * normal), first[2] - u[4]]
+
+    found = fsolve(misses, guess, xtol=1e-12)
+    assert np.abs(misses(found)).max() < 1e-9
+    _, _, first, second = both(found)
+    return found, first[6] + second[6]

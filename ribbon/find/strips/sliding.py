@@ -31,6 +31,8 @@ FloatArray = NDArray[np.float64]
 _GOOD = (Status.CONVERGED, Status.SADDLE)
 #: Steps of a minimiser in a round after the first, and without multipliers.
 _STEPS, _COLD = 40, 200
+#: Rounds that end with strips too near to each other, after which a shorter increment is tried.
+_DEEP = 1
 #: Lengths along a strip (l) at which a wait of one is a difference of its push.
 _PLACED = 1e-6
 
@@ -65,11 +67,14 @@ def _again(state: StripsEquilibrium) -> tuple[Slide, ...]:
 
 def _settled(problem: StripsProblem, point: Minimum, before: StripsEquilibrium) -> StripsEquilibrium:
     """The end of the increment: rounds of bounds and guesses until they settle."""
-    change, least, idle, depth = np.inf, np.inf, 0, None
+    change, least, idle, depth, deep = np.inf, np.inf, 0, None, 0
     for _ in range(alone.ROUNDS):
         if point.residual > RESIDUAL_TOLERANCE or spent():
             break
         problem, point, depth = solve.settled(problem, point)
+        deep = deep + 1 if depth is not None and depth > touch.TOLERANCE else 0
+        if deep > _DEEP:
+            break
         fresh = slides(problem, point.x, point.rows, before)
         change = _difference(problem, fresh)
         least, idle = (change, 0) if change < 0.5 * least else (least, idle + 1)

@@ -329,7 +329,8 @@ def kept(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimum
             best, least = (problem, point), depth
         if not near or spent() or depth > _THROUGH * problem.apart:
             break
-        touching = around(problem, [*_pushing(problem, point), *(touch for _, touch in near)])
+        # what is looked up now first: a pair at the end of rulings side by side stays there, and may not be nearest
+        touching = around(problem, [*(touch for _, touch in near), *_pushing(problem, point)])
         fresh = problem.with_changes(touching=touching)
         warm = rows_of(problem, fresh, point), point.multipliers
         again = newton_rows.minimise(fresh, point.x, {"max_iter": _WARM}, None, warm)

@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 
 from ribbon import Gravity, RibbonInputError
-from ribbon.find.strips import path
+from ribbon.find.strips import path, sliding
 from ribbon.find.strips import solve as strips
 from ribbon.find.strips.assemble import assembled
 from ribbon.find.strips.finer import with_error
+from ribbon.judge import nearness
+from ribbon.problems.strips.place import placed
+from ribbon.problems.strips.slide import Slide
+from tests.reference.joined_rods import facing, facing_rubbed
 from tests.ribbon.strips.test_strips_touch import APART, cantilevers
 
 LEVEL = np.eye(3)
@@ -81,6 +85,24 @@ def test_what_slides_is_pushed_at_the_angle_of_friction_and_everything_balances(
     assert over.force - push - friction == pytest.approx([0.0, 0.0, 3.0], abs=1e-6)
 
 
+def test_the_tip_that_slides_is_where_shooting_has_it():
+    """Push, place, both moments at the clamps and energy beside two elasticas that push each other at atan(mu) from the
+    normal, at the point halfway: the moment of friction's arm moves the push by 0.5 %."""
+    state = drawn(2)[-1]
+    guess = facing(1.7, 0.005, APART, 3.0, [0.8, 0.71, -0.6, -0.7, -0.2])
+    for part in (0.5, 1.0):
+        guess, energy = facing_rubbed(1.7 + WAY * part, 0.005, APART, 3.0, MU * part, guess)
+    normal, place, low, high, angle = guess
+    push, friction = on_the_first(state)
+    assert np.linalg.norm(push) == pytest.approx(normal, rel=1e-4)
+    assert np.arctan2(push[0], -push[2]) == pytest.approx(angle, abs=1e-3)
+    assert [one.s for one in state.slides] == pytest.approx([place] * 2, abs=1e-4)
+    moments = state.strips[0].start.moment[1], -state.strips[1].start.moment[1]
+    assert moments == pytest.approx((low, high), rel=1e-4)
+    assert state.energy.elastic == pytest.approx(energy, rel=1e-4)
+    assert (push + friction)[0] == pytest.approx(normal * (MU * np.cos(angle) + np.sin(angle)), abs=2e-4)
+
+
 def test_the_clamps_work_is_energy_and_what_friction_took_away():
     """W - (E - E_0) - D of the second half of the way, all of which slides, falls with the increment."""
     left = []
@@ -102,15 +124,93 @@ def test_a_scene_turned_is_the_scene():
         assert about(0.7) @ here == pytest.approx(there, abs=1e-6)
 
 
-def test_what_turns_all_together_does_not_slide():
-    """An increment in which clamps and weight turn as one body: friction goes with it, and takes nothing away."""
+@pytest.mark.parametrize(("angle", "near"), [(0.002, 1e-5), (0.02, 3e-4)])
+def test_what_turns_all_together_does_not_slide(angle, near):
+    """An increment in which clamps and weight turn as one body: friction goes with it, and takes nothing away. What
+    slips is at its bound still, and a slip of 1e-9 l, which larger turns leave, is enough to turn it a little."""
     state = drawn(2)[-1]
-    rotation = about(0.002)
+    rotation = about(angle)
     new = path.stepped(assembled(*problem(1.0, rotation=rotation), friction=MU), state)
     assert new.ok
     assert new.rubbed == pytest.approx(state.rubbed, abs=1e-8)
     assert new.energy.elastic == pytest.approx(state.energy.elastic, rel=1e-5)
-    assert rotation @ on_the_first(state)[1] == pytest.approx(on_the_first(new)[1], abs=1e-5)
+    assert rotation @ on_the_first(state)[1] == pytest.approx(on_the_first(new)[1], abs=near)
+
+
+@pytest.mark.parametrize("energy", ["kirchhoff", "wunderlich"])
+def test_spots_of_both_strips_are_the_point_halfway_between(energy):
+    """Of strips of other lengths, curved and with oblique rulings: the point of each by its shape, without slip; and a
+    turn of all leaves them together."""
+    members = cantilevers(0.6, 0.03, 1.0, 5, width=0.1)
+    members[1] = replace(members[1], strip=replace(members[1].strip, length=1.7), segments=4)
+    whole = assembled(members, (), Gravity((0.0, 0.0, 1.0)), energy, APART, friction=MU)
+    shape = [(np.linspace(0.4, 1.2, n), np.linspace(-0.3, 0.5, n)) for n in (6, 5)]
+    x = placed(whole, shape)
+    places = [np.array([0.37, 0.02]), np.array([0.52, -0.011])]
+    at = []
+    for k, (s, u) in enumerate(places):
+        part, own = whole.parts[k], whole.own(x, k)
+        r, ruling, _, _ = nearness.shape(part, own, np.array([s]))
+        at.append(whole.lengths_over[k] * (r + u * ruling)[0])
+    spots = tuple(sliding._spot(whole, x, k, places[k], 0.5 * (at[1 - k] - at[k])) for k in range(2))
+    slide = Slide(0, 1, spots, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), 1.0, (0.0, 0.0, 0.0))
+    term = whole.with_changes(slides=(slide,)).friction
+    assert term.points(x)[0] == pytest.approx(0.5 * (at[0] + at[1]), abs=1e-12)
+    assert term.slips(x)[0] == pytest.approx(np.zeros(3), abs=1e-12)
+
+
+def crossing(t, side=1.0):
+    """A heavy ruled strip across another one that is weightless, its clamp drawn along that and a little aside."""
+    members = cantilevers(0.8, 0.005, 3.0, 4)
+    over = members[1].start
+    at = np.add(over.position, (WAY * t, -0.02 * t, 0.0)) * (1.0, side, 1.0)
+    members[1] = replace(members[1], start=replace(over, position=at, tangent=(0.0, side, 0.0)))
+    return members, (), Gravity((0.0, 0.0, 1.0)), "wunderlich", APART
+
+
+@cache
+def crossed(side):
+    begun = strips.solve(*crossing(0.0, side))
+    return path.stepped(assembled(*crossing(0.5, side), friction=MU), begun)
+
+
+@pytest.mark.validate  # 15 s
+def test_ruled_strips_that_cross_rub_and_the_mirrored_ones_alike():
+    """Coulomb's law and moments about the clamp of the lower one; the scene mirrored at y = 0 has the mirrored forces."""
+    one, other = crossed(1.0), crossed(-1.0)
+    assert one.ok
+    push, friction = on_the_first(one)
+    assert np.linalg.norm(friction) == pytest.approx(MU * np.linalg.norm(push), rel=1e-5)
+    clamp, at = one.strips[0].start, one.positions(0, np.zeros(1))[0]
+    moments = sum(np.cross(each.at, each.force) for each in one.touching)
+    moments = moments + sum(np.cross(each.point, each.friction) for each in one.slides)
+    assert clamp.force + push + friction == pytest.approx(np.zeros(3), abs=1e-6)
+    assert clamp.moment + np.cross(at, clamp.force) + moments == pytest.approx(np.zeros(3), abs=1e-6)
+    assert abs(friction[1]) > 1e-2
+    for here, there in zip((push, friction), on_the_first(other), strict=True):
+        assert here * (1.0, -1.0, 1.0) == pytest.approx(there, abs=1e-5)
+    assert other.rubbed == pytest.approx(one.rubbed, rel=1e-5)
+
+
+def test_the_order_of_the_strips_says_nothing():
+    """Upper strip first, each of its own length: forces on it are the opposite ones."""
+    found = []
+    for order in (1, -1):
+        members, joints, up, energy, apart = problem(0.0)
+        states = [strips.solve(members[::order], joints, up, energy, apart)]
+        for t in (0.5, 1.0):
+            members = problem(t)[0][::order]
+            states.append(path.stepped(assembled(members, joints, up, energy, apart, friction=MU), states[-1]))
+        found.append(on_the_first(states[-1]))
+    for here, there in zip(*found, strict=True):
+        assert here == pytest.approx(-there, abs=1e-6)
+
+
+def test_what_touches_anew_has_no_friction():
+    state = drawn(2)[-1]
+    clear = replace(state, rows=np.zeros_like(state.rows))
+    assert sliding.slides(state.problem, state.x, state.rows, state)
+    assert not sliding.slides(state.problem, state.x, state.rows, clear)
 
 
 def test_drawn_back_a_little_it_sticks():
