@@ -140,7 +140,7 @@ def _stations(problem: MixedProblem, x: FloatArray, below: float) -> tuple[Float
         j = j[j > i]
         j = j[nearness.facing(problem, turned[i], turned[j], turned[-1])]
         distance = np.linalg.norm(r[j] - r[i], axis=1)
-        for k in _valleys(j, distance):
+        for k in valleys(j, distance):
             found.append(Pair(float(s[i]), 0.0, float(s[j[k]]), 0.0, True, True))
     gaps, kept = nearness.narrowed(problem, x, found)
     near_enough = [k for k in np.argsort(gaps, kind="stable") if gaps[k] < below]
@@ -152,7 +152,7 @@ def _stations(problem: MixedProblem, x: FloatArray, below: float) -> tuple[Float
     return np.array([gap for gap, _ in fresh]), [pair for _, pair in fresh]
 
 
-def _valleys(j: NDArray[np.int64], distance: FloatArray) -> list[int]:
+def valleys(j: NDArray[np.int64], distance: FloatArray) -> list[int]:
     """Where distances (k,) to the samples j (k,), in order, are least among their neighbours."""
     found = []
     for k, value in enumerate(distance):

@@ -416,7 +416,8 @@ class Held:
 
     def _pair_rows(self) -> PairRows:
         segments = np.array([[self.segment_at(s) for s in (pair.s, pair.s_other)] for pair in self.pairs]).T
-        over = np.full((2, self.lengths.size), BEYOND_ROUND if self.round else BEYOND)
+        lines = self.round or all(pair.stays for pair in self.pairs)
+        over = np.full((2, self.lengths.size), BEYOND_ROUND if lines else BEYOND)
         if not self.joined:  # nothing is beyond the strip's ends
             over[0, 0] = over[1, -1] = 0.0
         return PairRows(

@@ -10,6 +10,7 @@ import numpy as np
 from ribbon.errors import RibbonInputError
 from ribbon.find import doubling, stretched
 from ribbon.find.bands import folds
+from ribbon.find.layers import plane
 from ribbon.find.solving.request import How
 from ribbon.find.solving.search import from_near, from_state
 from ribbon.find.solving.verdict import judged
@@ -63,6 +64,9 @@ def onto(equilibrium: Equilibrium, lengths: FloatArray, how: How) -> Equilibrium
         if state is not None and state.ok:
             return state
     start = transfer.transferred(old, equilibrium.x, fresh)
+    lain = plane.lain(fresh, start, how.options, how.progress) if plane.is_layered(old, equilibrium.x) else None
+    if lain is not None:
+        return judged(*lain, how)
     state = from_near(fresh, start, how)
     alike = state.ok and equilibrium.ok and not fresh.walls and doubling.nested(old, fresh)
     if not alike or not doubling.above(fresh, state.x, start):

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ribbon.find import apart, contacts, nested, other_models, relax, snap, stretched
+from ribbon.find.layers import plane
 from ribbon.find.solving import saddle
 from ribbon.find.solving.request import How, Options, Progress
 from ribbon.find.solving.verdict import judged
@@ -58,7 +59,10 @@ def once(problem: Problem, x: FloatArray, how: How, warm: Warm | None = None) ->
         assert isinstance(problem, MixedProblem)
         problem, minimum = contacts.held(problem, minimum, how.options, how.progress)
     if isinstance(problem, MixedProblem) and problem.apart:
+        first = problem
         problem, minimum = apart.kept(problem, minimum, how.options, how.progress)
+        if not plane.stands(problem, minimum):
+            problem, minimum = plane.lain(first, x, how.options, how.progress) or (problem, minimum)
     return judged(problem, minimum, how)
 
 

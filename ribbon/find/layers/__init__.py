@@ -1,0 +1,1 @@
+"""Layers of a strip that lie on each other."""
