@@ -176,7 +176,7 @@ def crossed(side):
 
 @pytest.mark.validate  # 15 s
 def test_ruled_strips_that_cross_rub_and_the_mirrored_ones_alike():
-    """Coulomb's law and moments about the clamp of the lower one; the scene mirrored at y = 0 has the mirrored forces."""
+    """Coulomb's law and moments about the clamp of the lower one; mirrored at y = 0 the forces are so too."""
     one, other = crossed(1.0), crossed(-1.0)
     assert one.ok
     push, friction = on_the_first(one)
