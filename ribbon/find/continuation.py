@@ -2,8 +2,8 @@
 
 A path is a function t in [0, 1] -> problem: a clamp that moves, a weight that grows, a wall that sinks. Every step
 starts from the last equilibrium, unknowns and multipliers extrapolated through the last two (secant; docs/theory.md,
-eq. (6.3)), and is cut when the corrector fails or when the shape jumps; what is left at the smallest step is a real
-jump (a snap), recorded.
+eq. (6.3)), and is cut when the corrector fails, when the shape jumps or when a body went through the strip
+(`ribbon.find.tubes.swept`); what is left at the smallest step is a real jump (a snap), recorded.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from ribbon.find import apart, contacts, relax, snap
 from ribbon.find.solving import search
 from ribbon.find.solving import start as starts
 from ribbon.find.solving.request import How, Options, Progress, Seed
+from ribbon.find.tubes import swept
 from ribbon.judge import passage
 from ribbon.notes import Note
 from ribbon.problems import transfer
@@ -274,12 +275,14 @@ def follow(
         if jump and not step > 4.0 * smallest and _keeps(problem):
             new = _landed(problem, state, new, how)
             good = new.status in _GOOD
-        if not good or (jump and step > 4.0 * smallest and not leave_saddle):
+        went = good and swept.through(state, new)  # a snap that it looks like is left in the end
+        jump, least = jump or went, min(smallest, SMALLEST) if went else smallest
+        if not good or (jump and step > 4.0 * least and (went or not leave_saddle)):
             log.append(asdict(record_of(target, step, new, False, seconds, jump)))
             size = CUT * step
             last_bad = new
             before = None
-            if size < smallest:
+            if size < least:
                 return stopped(state, last_bad, t, start, log)
             continue
         if target == 1.0 and new.problem.walls:

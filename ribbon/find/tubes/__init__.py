@@ -1,1 +1,1 @@
-"""Strips wound on the inside of a round wall."""
+"""Strips on round walls: wound on their inside, and bodies that move through them."""

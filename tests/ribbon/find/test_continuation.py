@@ -8,6 +8,7 @@ import pytest
 from ribbon import Clamp, Closure, Gravity, RibbonInputError, Status, Strip, Wall, follow, refine, solve, switch
 from ribbon.find.adaptive import cut, distance, solve_to_tolerance
 from ribbon.find.solve import build
+from ribbon.obstacle import Obstacle
 
 STRIP = Strip(1.0, 0.05, 0.5, gamma=5.0)
 UP = Gravity((0, 1, 0))
@@ -140,3 +141,21 @@ def test_bad_tolerances():
         solve_to_tolerance(STRIP, Clamp(ruling="free"), tolerance=0.5)
     with pytest.raises(RibbonInputError, match="not both"):
         solve_to_tolerance(STRIP, Clamp(ruling="free"), tolerance=1e-3, segments=10)
+
+
+def test_a_bar_that_is_lifted_takes_the_strip_along():
+    """A strip lies over a bar; lifted by a fifth of the strip's length the bar bears it, however long the first steps
+    would be. A step as long as the bar is thick left the strip hanging below it, as if it had gone through."""
+    strip, bar = Strip(1.0, 0.05, 0.3, gamma=6.0), ((0.0, -0.1, 0.5), 0.05, (1.0, 0.0, 0.0))
+
+    def over(t: float):
+        moved = Obstacle("cylinder", (0.0, -0.1 + 0.2 * t, 0.5), bar[1], bar[2])
+        return build(strip, Clamp(), UP, walls=(moved,), segments=15)
+
+    start = solve(strip, Clamp(), UP, walls=(Obstacle("cylinder", *bar),), segments=15)
+    end = follow(over, start)
+    assert end.ok
+    assert not end.log[0]["accepted"]
+    assert end.energy.total > start.energy.total + 1.0
+    assert end.walls[0].force[1] > 3.0
+    assert end.penetration < 1e-6
