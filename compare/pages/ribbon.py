@@ -15,6 +15,7 @@ from compare.measure.load_curve import LoadPoint, load_curve_of
 from compare.models import in_words
 from compare.models.base import State
 from compare.models.capabilities import Rival
+from compare.models.drawn.touches import wound
 from compare.models.holds.touches import touches
 from compare.models.quantities import Answered
 from compare.models.quantities.ribbon import PATH as PATH_NUMBERS
@@ -33,7 +34,7 @@ from compare.page.table import Column, Table
 from compare.pages.presenter import Presenter
 from compare.pages.result import spent
 from compare.pages.written import Written, write_barriers, write_touches
-from compare.record.quantity import Quantity, pick
+from compare.record.quantity import ABSENT, Quantity, pick
 from compare.record.views import columns_of, document
 from compare.scene.scene import Scene
 from compare.scene.units import Units
@@ -260,8 +261,12 @@ def advice(scene: Scene, error: float | None) -> str | None:
     elif scene.model.tolerance is not None:
         remedy = f"lower model.tolerance = {scene.model.tolerance:g}"
     elif scene.barriers or scene.apart is not None:  # the error is where it touches, not at the clamp
-        friction = any(wall.friction for wall in scene.walls) or any(body.friction for body in scene.obstacles)
-        placed = "" if friction else ", or give model.tolerance in its place: segments then end where it touches"
+        rubs = any(wall.friction for wall in scene.walls) or any(body.friction for body in scene.obstacles)
+        placed = (
+            ""
+            if rubs or scene.follows
+            else ", or give model.tolerance in its place: segments then end where it touches"
+        )
         remedy = f"raise model.elements{placed}"
     elif clamp is not None and clamp.ruling == "straight" and scene.model.grading == "uniform":
         remedy = 'set model.grading = "clamp" (a straight ruling makes a layer there)'
@@ -365,6 +370,9 @@ def rows(scene: Scene, state: State, units: Units | None = None) -> list[tuple[s
             found.append((f"moment of obstacle {wall['name']}", f"{wording.moment(wall['moment'], units)} about 0"))
     if scene.apart is not None and state.is_equilibrium:
         found.append(("touches itself", _touched(e.pairs, units)))
+    turned = wound(scene, state)
+    if turned is not ABSENT:
+        found.append(("twist, writhe", f"{turned['twist']:.4g} and {turned['writhe']:.4g} turns"))
     if e.penetration is not None:
         where = "anywhere on its surface" if scene.obstacles else "anywhere along the edges"
         found.append(("beyond the walls", f"at most {wording.length(units, e.penetration)}, {where}"))

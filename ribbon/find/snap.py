@@ -9,6 +9,7 @@ minimiser, not of a strip with mass: which of several equilibria it ends in is n
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +27,8 @@ from ribbon.solvers.budget import spent
 from ribbon.solvers.problem import Minimum
 
 FloatArray = NDArray[np.float64]
+#: Called at each look with how many there were, the unknowns (n,) and the energy (D w / l) there.
+Look = Callable[[int, FloatArray, float], None]
 
 #: How far a place may go in a step, over the distance to be kept; steps between two looks; looks.
 _TRAVEL, _STEPS, _LOOKS = 0.125, 4, 120
@@ -43,7 +46,11 @@ _DEPARTURES = 6
 
 
 def downhill(
-    problem: MixedProblem, x: FloatArray, options: Options | None = None, progress: Progress | None = None
+    problem: MixedProblem,
+    x: FloatArray,
+    options: Options | None = None,
+    progress: Progress | None = None,
+    look: Look | None = None,
 ) -> tuple[MixedProblem, Minimum]:
     """The problem with the pairs of places that its equilibrium needs, and the equilibrium, from unknowns x (n,) near
     its rows; one that has not arrived where none is found."""
@@ -51,7 +58,7 @@ def downhill(
     chosen = {"mu_init": 1e-5, **(options or {}), "travel": travel, "max_iter": _STEPS}
     minimum: Minimum | None = None
     iterations, far = 0, travel
-    for _ in range(_LOOKS):
+    for looks in range(1, _LOOKS + 1):
         chosen["travel"] = far
         fresh = problem.with_changes(pairs=_what_could_meet(problem, x, 2.0 * max(far, travel) * _STEPS))
         fresh = fresh.anchored(problem.anchor(x))
@@ -72,6 +79,8 @@ def downhill(
             continue
         moved = float(np.abs(problem.layout.positions(minimum.x) - problem.layout.positions(x)).max())
         problem, x = fresh, minimum.x
+        if look is not None and finite:
+            look(looks, x, float(problem.value(x)))
         chosen["max_iter"] = _STEPS if moved > max(far, travel) else min(2 * chosen["max_iter"], _MOST)
         if moved > far and not problem.round:
             far = min(2.0 * far, _FARTHEST)
@@ -94,10 +103,10 @@ def _what_could_meet(problem: MixedProblem, x: FloatArray, below: float) -> tupl
     return apart.around(problem, [pair for _, pair in nearness.minima(problem, x, below)])
 
 
-def landed(problem: MixedProblem, x: FloatArray, how: How) -> Equilibrium:
+def landed(problem: MixedProblem, x: FloatArray, how: How, look: Look | None = None) -> Equilibrium:
     """The equilibrium that lies downhill of the unknowns x (n,)."""
     options = {key: value for key, value in (how.options or {}).items() if key != "max_iter"}
-    found, minimum = downhill(problem, x, options, how.progress)
+    found, minimum = downhill(problem, x, options, how.progress, look)
     found, minimum = apart.kept(found, minimum, options, how.progress)
     return judged(found, minimum, how)
 

@@ -39,12 +39,15 @@ def _contacts(a: Answered) -> Any:
     return ABSENT if a.scene.apart is None else [asdict(pair) for pair in a.state.native.pairs]
 
 
-def _contact_lines(a: Answered) -> Any:
-    """Lines along which a round rod touches itself, of a scene whose segments follow them."""
-    if not a.scene.follows:
-        return ABSENT
-    here = a.state.native.jointed
-    return None if here is None else here.lines()
+def _touches(name: str) -> Callable[[Answered], Any]:
+    """A number of `compare.models.drawn.touches`."""
+
+    def of(a: Answered) -> Any:
+        from compare.models.drawn import touches
+
+        return getattr(touches, name)(a.scene, a.state)
+
+    return of
 
 
 def _taut(a: Answered, name: str) -> Any:
@@ -117,7 +120,14 @@ QUANTITIES: tuple[Quantity[Answered], ...] = (
              of=lambda a: ABSENT if a.state.native.penetration is None else a.state.native.penetration),
     Quantity("contacts", kind=DATA, of=_contacts),
     Quantity("contact_lines", kind=DATA, note="lines of contact of a round rod whose segments follow them",
-             of=_contact_lines),
+             of=_touches("lines")),
+    Quantity("contact_places", kind=DATA, note="places of contact of such a rod", of=_touches("places")),
+    Quantity("contact_penetration", unit="l", kind=DATA, note="how much nearer parts are than `contact.distance`",
+             of=_touches("penetration")),
+    Quantity("contact_complementarity", unit="D w / l", kind=DATA, note="largest push times its gap",
+             of=_touches("complementarity")),
+    Quantity("wound", kind=DATA, of=_touches("wound"),
+             note="turns of twist and writhe of a strip from a drawn curve"),
     Quantity("taut_tension", unit="D w / l^2", kind=DATA, of=lambda a: _taut(a, "tension")),
     Quantity("taut_sag", unit="l", kind=DATA, of=lambda a: _taut(a, "sag")),
     Quantity("share", kind=DATA, of=lambda a: _stretching(a, "share")),

@@ -83,6 +83,9 @@ def of_a_curve(scene: Scene) -> BadInput | None:
         return BadInput("seed.curve", None, problem, 'choose model.energy = "kirchhoff", or give seed.curvature')
     if scene.model.formulation not in ("auto", "mixed"):
         return BadInput("model.formulation", scene.model.formulation, "does not begin in seed.curve", 'choose "auto"')
+    if scene.model.in_plane is None and ribbon_energy(scene) != "kirchhoff":
+        problem = f'bends across its plane alone with "{scene.model.energy}", and seed.curve is in space'
+        return BadInput("model.in_plane", None, problem, "add in_plane = true")
     return fault(scene.stages()[0])
 
 

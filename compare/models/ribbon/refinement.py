@@ -16,6 +16,7 @@ from compare.measure.grid import Grid
 from compare.measure.limit import Limit, limit_of
 from compare.measure.numbers import errors_of
 from compare.models.base import Options, Refinement, Seconds, Size, State, Status
+from compare.models.drawn import touches
 from compare.models.ribbon.state import own_size, state_of
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def judged(state: State, say: Reporter | None = None, grid: Grid | None = None, 
     dense = e.problem.formulation == "chained" and not choose.by_recursion(e.problem)
     most = MOST_SEGMENTS if dense else MOST_SPARSE_SEGMENTS
     grid = grid or Grid.for_shape(_Wide(2.0 * e.problem.half_width), state.shape.bend)
-    shapes, chain = [grid.of(state.shape)], [e.numbers]
+    shapes, chain, natives = [grid.of(state.shape)], [e.numbers], [e]
     tried = [*_all_tried(e)]
     why = "extrapolated from two and four times the segments"
     current = state
@@ -108,9 +109,13 @@ def judged(state: State, say: Reporter | None = None, grid: Grid | None = None, 
             return _hidden_saddle(state, there_too, tuple(tried), scene)
         shapes.append(there)
         chain.append(finer.native.numbers)
+        natives.append(finer.native)
         current = finer
     errors = _errors(e, chain, error_of_first)
     found = replace(state, error=extrapolated(shapes), errors=errors, refinements=tuple(tried), error_why=why)
+    if touches.asked(scene):
+        known = {touches.ERRORS: touches.errors(natives, error_of_first)}
+        found = replace(found, numbers={**found.numbers, **known})
     halved = [one.lowest_eigenvalue for one in tried[-len(shapes) :] if one.lowest_eigenvalue is not None]
     return _in_the_limit(found, current, halved, scene)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Hashable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,22 +21,32 @@ if TYPE_CHECKING:
 
 
 def solved(scene: Scene, options: Options, say: Reporter | None) -> tuple[LoadPath | None, Equilibrium, Seconds]:
-    """The way (None without a path), its end, and the times: of the whole way, from the first stage's seed."""
+    """The way (None without a path), its end, and the times: of the whole way, from the first stage's seed. A way
+    downhill of a drawn curve is kept as a path's."""
     from compare.models.ribbon.stages import run_key, run_way
 
     leave = bool(options.leave_saddle)
-    if not scene.path:
+    if not (scene.path or _goes_a_way(scene)):
         found, seconds = clocked(solver(scene, leave), options.repeats)
         return None, found, seconds
     folder = None if options.store is None else options.store.way(run_key(scene, leave))
     detail = None if say is None else say.detail
-    path, seconds = clocked(lambda: run_way(scene, folder, leave_saddle=leave, progress=detail, film=True), 0)
+    path, seconds = clocked(
+        lambda: run_way(scene, folder, leave_saddle=leave, progress=detail, film=bool(scene.path)), 0
+    )
     if folder is not None:
         with contextlib.suppress(OSError):  # empty: the way is finished
             folder.rmdir()
     if not path.resumed:  # gone again without the folder: nothing kept may shorten it
         seconds = repeated(lambda: run_way(scene, leave_saddle=leave), seconds.first, options.repeats)
+    if not scene.path:
+        return None, replace(path.equilibrium, log=()), seconds
     return path, path.equilibrium, seconds
+
+
+def _goes_a_way(scene: Scene) -> bool:
+    """Whether a scene without a path is solved by a long way too, which is kept and told."""
+    return scene.seed.curve is not None or scene.follows
 
 
 def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium]:
@@ -44,10 +55,10 @@ def solver(scene: Scene, leave_saddle: bool = False) -> Callable[[], Equilibrium
     from ribbon import solve
     from ribbon.find.adaptive import solve_to_tolerance
 
-    if scene.seed.curve is not None or scene.follows:
-        from compare.models.ribbon.stages import begun, followed
+    if _goes_a_way(scene):
+        from compare.models.ribbon.stages import run_way
 
-        return lambda: followed(scene, begun(scene, leave_saddle))
+        return lambda: replace(run_way(scene, leave_saddle=leave_saddle).equilibrium, log=())
     arguments = {**ribbon_arguments(scene), "budget": scene.model.budget}
     tolerance = scene.model.tolerance
     if tolerance is None:
@@ -67,7 +78,7 @@ def together(scene: Scene) -> Hashable | None:
 
     model = scene.model
     held = scene.start_clamped and scene.clamp_end is None and scene.closure is None and not scene.barriers
-    if scene.seed.curve is not None or scene.follows:
+    if _goes_a_way(scene):
         return None
     exact = scene.gravity is not None and scene.gravity.exact
     if not held or exact or scene.path or model.tolerance is not None or model.accuracy is not None:

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from compare.measure.load_curve import watched
+from compare.models.drawn.begun import Landing, begun, followed
 from compare.models.holds import friction
 from compare.models.holds.touches import touches
 from compare.models.ribbon.build import ribbon_arguments, ribbon_problem
@@ -138,10 +139,15 @@ class _Keeper:
             self.film = Film(2.0 * problem.half_width, states)
         return _Place(about["stage"], about["t"], found, tuple(about["log"]))
 
+    def landing(self, say: Progress | None) -> Landing:
+        """What keeps the way downhill of a drawn curve, beside the place."""
+        return Landing(None if self.path is None else self.path.parent, self.key, say)
+
     def remove(self) -> None:
         """Forgets the place: the way is finished."""
         if self.path is not None:
             self.path.unlink(missing_ok=True)
+            self.landing(None).remove()
 
 
 class _Walk:
@@ -196,7 +202,7 @@ class _Walk:
             else:
                 break
         found = place.equilibrium
-        if found.status not in _GOOD:
+        if found.status not in _GOOD and len(self.stages) > 1:
             found = replace(found, message=f"stage {place.stage + 1} of {len(self.stages)}: {found.message}")
         return replace(found, log=place.log), resumed
 
@@ -232,7 +238,7 @@ class _Walk:
         first = self.stages[0]
         clock = time.perf_counter()
         if first.seed.curve is not None:
-            found = begun(first, self.leave_saddle)
+            found = begun(first, self.leave_saddle, self.keeper.landing(self.progress))
         else:
             arguments = {**ribbon_arguments(first), "formulation": _formulation(first)}
             arguments["walls"] = tuple(replace(wall, friction=0.0) for wall in arguments["walls"])  # put there without
@@ -316,26 +322,6 @@ def _formulation(scene: Scene) -> str:
     return "mixed" if scene.model.formulation == "auto" else scene.model.formulation
 
 
-def begun(scene: Scene, leave_saddle: bool = False) -> Equilibrium:
-    """From the scene's seed: from its drawn curve, or from its curvature, on segments that stand still."""
-    from compare.models.ribbon.build import build_arguments
-    from ribbon.find.jointed import drawn
-    from ribbon.find.solving.request import How, Request
-
-    budget = scene.model.budget
-    if scene.seed_points is None:
-        return solve(**ribbon_arguments(scene), budget=budget, leave_saddle=leave_saddle)
-    request = Request.of(**build_arguments(scene))
-    return drawn.solved(request, scene.seed_points, How(leave_saddle=leave_saddle), budget)
-
-
-def followed(scene: Scene, state: Equilibrium) -> Equilibrium:
-    """The state on segments that follow what the rod touches itself with, where the scene asks for it."""
-    from ribbon.find.jointed import drawn
-
-    return drawn.following(state, scene.model.budget) if scene.follows else state
-
-
 def run_key(scene: Scene, leave_saddle: bool) -> str:
     """What a kept state belongs to: the scene, the option, and all that goes the way: versions, and the sources of
     this module."""
@@ -369,9 +355,7 @@ def run_way(
         with within(scene.model.budget):
             found = refine_to_tolerance(bare, scene.model.tolerance, leave_saddle=leave_saddle, strict=scene.strict)
         found = replace(found, log=log)
-    if scene.follows and found.status in _GOOD:
-        if progress is not None:
-            progress("path: segments that follow what touches")
-        found = followed(scene, found)
+    if scene.follows and (found.status in _GOOD or not scene.path):
+        found = followed(scene, found, progress)
     keeper.remove()
     return LoadPath(found, len(walk.stages), walk.solved, resumed, None if keeper.film is None else keeper.film.states)

@@ -23,10 +23,11 @@ from ribbon.find.jointed import polygon, rounds
 from ribbon.find.jointed import touching as touch
 from ribbon.find.jointed.path import refined
 from ribbon.find.jointed.rounds import Jointed, settled
+from ribbon.find.jointed.wound import link
 from ribbon.find.seeds import joints
 from ribbon.find.solving import search
 from ribbon.find.solving.assemble import assembled
-from ribbon.find.solving.request import How, Request
+from ribbon.find.solving.request import How, Progress, Request
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.transfer import transferred
 from ribbon.result import Equilibrium, Status
@@ -40,6 +41,9 @@ EDGES, CLEAR = 160, 1.1
 _THIN = 1e-3
 #: How often a state is gone downhill of again, on segments that end where it touches.
 _LANDINGS = 3
+#: Turns by which the link of a state may be other than the drawn curve's.
+_WOUND = 0.5
+_LOST = "not converged: it is linked"
 
 
 def ends_of(problem: MixedProblem) -> polygon.Ends:
@@ -74,8 +78,17 @@ def unknowns(problem: MixedProblem, curve: ArrayLike) -> FloatArray:
     return problem.state(omega, np.full(s.size, angle), other * np.cos(turned) + one * np.sin(turned))
 
 
-def solved(request: Request, curve: ArrayLike, how: How | None = None, budget: float | None = None) -> Equilibrium:
-    """The equilibrium downhill of a drawn curve, points (k, 3) in l; budget: time in s on the processor.
+def solved(
+    request: Request,
+    curve: ArrayLike,
+    how: How | None = None,
+    budget: float | None = None,
+    *,
+    begin: FloatArray | None = None,
+    look: snap.Look | None = None,
+) -> Equilibrium:
+    """The equilibrium downhill of a drawn curve, points (k, 3) in l; budget: time in s on the processor; look: told
+    the unknowns on the way, and `begin`, of those (n,), goes on from there.
 
     Of a strip that is kept apart from itself the way there leads through no part of it. `RibbonInputError` as
     `unknowns`."""
@@ -84,14 +97,33 @@ def solved(request: Request, curve: ArrayLike, how: How | None = None, budget: f
         raise RibbonInputError("curve", None, 'a drawn curve needs formulation = "mixed"')
     how = how or How()
     with within(budget):
-        x = unknowns(problem, curve)
-        return snap.landed(problem, x, how) if problem.apart else search.from_state(problem, x, how)
+        first = unknowns(problem, curve)
+        x = first if begin is None or begin.shape != first.shape else begin
+        if not problem.apart:
+            return search.from_state(problem, x, how)
+        return _as_drawn(problem, first, snap.landed(problem, x, how, look))
 
 
-def following(state: Equilibrium, budget: float | None = None) -> Equilibrium:
+def _as_drawn(problem: MixedProblem, first: FloatArray, state: Equilibrium) -> Equilibrium:
+    """The state, NOT_CONVERGED where it is wound about itself in another way than the unknowns `first` (n,): looks at
+    the way there see no passage through a strip whose segments do not meet yet."""
+    if not np.all(np.isfinite(state.x)):
+        return state
+    changed = link(state.problem, state.x) - link(problem, first)  # type: ignore[arg-type]
+    if abs(changed) < _WOUND:
+        return state
+    text = (
+        f"{_LOST} by {changed:+.2g} turns other than the drawn curve (it went through itself, or "
+        "about a clamp): take more segments"
+    )
+    return replace(state, status=Status.NOT_CONVERGED, stable=None, message=text, notes=())
+
+
+def following(state: Equilibrium, budget: float | None = None, progress: Progress | None = None) -> Equilibrium:
     """An equilibrium of a round rod on segments that follow what touches in it (`Equilibrium.jointed`); the state
     itself where it is none, and NOT_CONVERGED where none is found on those."""
     deep = state.status is Status.NOT_CONVERGED and state.residual <= rounds.RESIDUAL_TOLERANCE
+    deep = deep and not state.message.startswith(_LOST)
     if state.status not in (Status.CONVERGED, Status.SADDLE) and not deep:
         return state  # what is too deep between segments that stand still need not be on those that follow
     problem = state.problem
@@ -102,18 +134,18 @@ def following(state: Equilibrium, budget: float | None = None) -> Equilibrium:
             found = settled(problem, Jointed(here, rounds.begun(here).on(length), length))
             if found is not None or landings == _LANDINGS or spent():
                 break
-            here = _landed_again(problem, here, length)
+            here = _landed_again(problem, here, length, progress)
         return _joined(state, found)
 
 
-def _landed_again(problem: MixedProblem, state: Equilibrium, length: float) -> Equilibrium:
+def _landed_again(problem: MixedProblem, state: Equilibrium, length: float, progress: Progress | None) -> Equilibrium:
     """Downhill of a state on segments that end where it touches: a rod that slides along itself at next to no change of
     its energy is held where segments stand, and has far to go when they do not."""
     old = state.problem
     assert isinstance(old, MixedProblem)
     s, _ = touch.joints(rounds.begun(state).on(length), length, rounds.is_ring(problem))
     fresh = problem.with_changes(lengths=np.diff(s), pairs=()).anchored(old.anchor(state.x))
-    return snap.landed(fresh, transferred(old, state.x, fresh), How(check=False))
+    return snap.landed(fresh, transferred(old, state.x, fresh), How(check=False, progress=progress))
 
 
 def halved(state: Equilibrium) -> Equilibrium:

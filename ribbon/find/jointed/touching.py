@@ -177,6 +177,8 @@ def short_line(state: Equilibrium, s: float, other: float, reach: float) -> Line
 
 def slid(problem: MixedProblem, x: FloatArray, touching: Touching) -> Touching:
     """What touches where it has gone: places beyond their joints too; the ends of lines as they are."""
+    if not problem.pairs:
+        return touching
     rows = problem.pair_rows()
     at = rows.free_places(x)
     count = len(touching.places)

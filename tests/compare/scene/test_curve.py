@@ -105,7 +105,7 @@ def test_a_curve_that_is_too_long_or_elsewhere_is_refused(folder, change, part):
 @pytest.mark.parametrize(
     ("key", "value", "named"),
     [
-        ("model.energy", "finite", None),
+        ("model.energy", "finite", "model.in_plane"),
         ("model.energy", "wunderlich", "seed.curve"),
         ("model.in_plane", False, "seed.curve"),
         ("clamp.end.position", "free", "seed.curve"),

@@ -471,9 +471,9 @@ def run(out: Path) -> dict[str, Number]:
         "difference from Kirchhoff's equations by shooting, where a line is a curve at half the diameter from the axis "
         "and its push follows from that (angle: degrees). States begin at the shape of the shooting. What does not "
         "hold: "
-        "a scene does not ask for such segments; a place that becomes a line is not passed through on a path here (at "
+        "a place that becomes a line is not passed through on a path here (at "
         "the turn where the gap is flat in third order the place slides at no change of it), so that a line is begun "
-        "behind it.",
+        "behind it. A scene asks for such segments with `contact.joints` ([how](../docs/scenes.md)).",
         f"A ring, {SEGMENTS} segments and some more:",
         page.table(_HEADS, ringed),
         f"The rod between clamps, {ROD_SEGMENTS} segments and some more:",

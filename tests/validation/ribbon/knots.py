@@ -488,9 +488,8 @@ def run(out: Path) -> dict[str, Number]:
         f"{100.0 * soft_off:.1f} % from the first row's.",
         "What does not hold: tighter knots (its clamps' turn kept it goes in ever smaller steps to 0.7474 "
         "and a pull of 1001, h / R = 0.895, where it stopped: stations that are even on one strand are uneven on the "
-        "other, whose surface bends the other way); without friction alone; a scene cannot ask "
-        "for it, since it has no key for a shape in space to begin at, nor for these segments. A closed trefoil is "
-        "[another page](trefoil.md).",
+        "other, whose surface bends the other way); without friction alone. A scene asks for it with "
+        "`seed.curve` and `contact.joints` ([how](../docs/scenes.md)). A closed trefoil is [another page](trefoil.md).",
         "![shapes, pull, and what touches over the root of h / R](knots.png)",
     )  # fmt: skip
     far = max(abs(a / b - 1.0) for a, b in zip(zero, theory, strict=True))

@@ -1,0 +1,1 @@
+"""Ribbons that begin in a drawn curve, and round rods whose segments follow what touches."""
