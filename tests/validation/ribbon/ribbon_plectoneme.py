@@ -429,6 +429,7 @@ def _text(rows: list[list[str]], soft: list[list[str]], off: float, touching: li
         page.table(["strip", "jumped, Z", "Z", "s", "v", "push", "tension", "moment", "energy", "energy off",
                     "push off", "twist (turns)", "lowest eigenvalue", "penetration", "push times gap"], touching),
         "Nearer than the last distance, and turned further: [the loop of a twisted ribbon](ribbon_loop.md). What does "
-        "not hold: at w/l = 0.05 the way down from the fold does not arrive; no shell stands beside it.",
+        "not hold: at w/l = 0.05 the way down from the fold does not arrive. Beside a shell, and with rulings "
+        "held at the clamps: [the loop as a shell](loop_shell.md).",
         "![shapes, tension and moment over the distance](ribbon_plectoneme.png)",
     )  # fmt: skip

@@ -1,8 +1,9 @@
 """The loop of a twisted ribbon as a shell: where it snaps, and where it lies on itself edge on edge, beside `finite`.
 
 The strip of tests/validation/ribbon/ribbon_plectoneme.py. A shell begins at the ribbon's surface and is followed by its
-own equations on two meshes; in contact it has rows for edges that meet edges (docs/theory.md, eq. (7.33)). Its
-clamps hold the whole edge: `finite` beside it has free rulings there.
+own equations on three meshes; in contact it has rows for edges that meet edges (docs/theory.md, eq. (7.33)). Its
+clamps hold the whole edge: `finite` stands beside it with rulings that are free there, and held straight as the
+shell's edge is.
 """
 
 from __future__ import annotations
@@ -20,11 +21,17 @@ from scipy.spatial.transform import Rotation
 from compare.continuation.correct import first_point
 from compare.continuation.follow import follow
 from compare.continuation.point import Options, Point, Run
-from compare.measure.mesh_limit import settled
+from compare.measure.mesh_limit import Settled, settled
 from compare.models.branches.shell_remote import ShellEquations, ShellServer
 from compare.models.ribbon.state import RibbonShape
 from compare.models.shell import starting_surface
 from ribbon import Equilibrium
+from ribbon.find.continuation import anchored
+from ribbon.find.jointed.flat import Placed, halved, placed
+from ribbon.find.snap import landed
+from ribbon.find.solving.request import How
+from ribbon.problems.mixed import MixedProblem
+from ribbon.problems.transfer import transferred
 from shellref.follow.equations import Equations as OwnEquations
 from shellref.path.solve import solve
 from shellref.shell.clamps import reactions
@@ -41,9 +48,12 @@ FloatArray = NDArray[np.float64]
 #: The strips: followed over its fold, and in contact; distances of their ends (l).
 WIDE, LYING = strips.FINITE[3], strips.FINITE[1]
 BEGUN, NEAREST, TOUCHING = 0.70, 0.67, 0.5
+RULINGS = ("free", "straight")
 #: What is followed, as parts of the way from the first distance to the last: behind the fold the branch goes back.
 SPAN = (-1.0, 1.0)
-MESHES = ((30, 2), (60, 4))
+MESHES = ((40, 2), (80, 4), (160, 8))
+#: The ribbon's equal segments; how far (l) the strip in contact keeps its parts apart.
+SEGMENTS, HIGH = (40, 80, 160), LYING.width / LYING.slender
 TURN = Rotation.from_rotvec([0.0, 0.0, 2.0 * np.pi * strips.TURNS]).as_matrix()
 
 
@@ -109,23 +119,48 @@ def folded(mesh: tuple[int, int]) -> FloatArray:
                      at(special(run, "branch_point"))])  # fmt: skip
 
 
-def ribbon_folded() -> FloatArray:
+@cache
+def ribbon_folded(ruling: str = "free", segments: int = SEGMENTS[0]) -> FloatArray:
     """The same of `finite`."""
-    run = strips.branch(WIDE)
-    found = next(one for one in run.specials if one.kind == "fold")
-    fork = strips.distance(special(run, "branch_point"))
-    return np.append(strips.numbers_at(found)[:4], fork)
+    run = strips.run_of(WIDE._replace(ruling=ruling), strips.BEGUN, NEAREST, segments)
+    point = special(run, "fold")
+    state = strips.shape(point)
+    ends = state.end_support
+    assert ends is not None
+    where, fork = (strips.BEGUN + (NEAREST - strips.BEGUN) * one.t for one in (point, special(run, "branch_point")))
+    return np.array([where, ends.force[2], ends.moment[2], state.energy.total, fork])
 
 
 # -- in contact --------------------------------------------------------------------------------------------------------
 
 
 @cache
-def ribbon_lying() -> Equilibrium:
-    """The ribbon that lies on itself."""
-    state = strips.carried(LYING, (0.54, TOUCHING)).state
+def ribbon_lying(ruling: str = "free") -> Equilibrium:
+    """The ribbon that lies on itself, on 40 equal segments."""
+    state = strips.carried(LYING._replace(ruling=ruling), (0.54, TOUCHING)).state
     assert state.ok
     return state
+
+
+@cache
+def ribbon_finer(ruling: str) -> tuple[Equilibrium, ...]:
+    """On segments halved twice: of free rulings they end where it touches and halve towards there; of straight ones,
+    which lose the place when such segments are halved, they are equal."""
+    case, states = LYING._replace(ruling=ruling), [ribbon_lying(ruling)]
+    if ruling == "free":
+        here = placed(strips.problem(case, TOUCHING, apart=HIGH), Placed(states.pop(), 1.0 / SEGMENTS[0]))
+        while here is not None and len(states) < len(SEGMENTS):
+            states.append(here.state)
+            here = halved(here.state.problem, here) if len(states) < len(SEGMENTS) else here
+    for segments in SEGMENTS[len(states) :]:
+        old = states[-1]
+        fine = anchored(strips.problem(case, TOUCHING, segments, apart=HIGH), old)
+        assert isinstance(fine, MixedProblem)
+        assert isinstance(old.problem, MixedProblem)
+        states.append(landed(fine, transferred(old.problem, old.x, fine), How()))
+    if any(not state.ok or len(strips.pushes(state)) != 1 for state in states):
+        raise AssertionError(f"{ruling}: {[state.message for state in states]}")
+    return tuple(states)
 
 
 @cache
@@ -185,77 +220,99 @@ PROBES: dict[str, Callable[[], float]] = {
 # -- the page ----------------------------------------------------------------------------------------------------------
 
 
+def _number(limit: Settled, unit: str, shown: str) -> Number:
+    why = "" if limit.settles else "it does not settle over its meshes"
+    return Number(limit.value, limit.error if limit.settles else None, unit, shown, why)
+
+
+def _limits(rows: list[FloatArray]) -> list[Settled]:
+    """Of every column over meshes halved twice."""
+    return [settled(list(column), 1e-6) for column in np.array(rows).T]
+
+
+def _short(limit: Settled, digits: int) -> str:
+    return f"{limit.value:.{digits}f}" + (f" +- {limit.error:.0e}" if limit.settles else " (not settled)")
+
+
+FOLD_DIGITS = (5, 3, 4, 4, 5)
+
+
 def _folds(numbers: dict[str, Number]) -> list[str]:
-    rows = [(f"shell, {a} x {b}", folded((a, b))) for a, b in MESHES]
-    free = ribbon_folded()
-    limits = [settled(list(column), 1e-6) for column in np.array([one for _, one in rows]).T]
-    rows += [("finite, rulings free at the clamps", free)]
-    table = [
-        [name, f"{z:.6f}", f"{fork:.6f}", f"{force:.3f}", f"{moment:.4f}", f"{energy:.4f}"]
-        for name, (z, force, moment, energy, fork) in rows
-    ]
-    where, tension = limits[0], limits[1]
-    for name, limit, unit, shown in (("fold", where, "l", ".5f"), ("tension", tension, "D w / l^2", ".2f")):
-        numbers[name] = (
-            Number(limit.value, limit.error, unit, shown) if limit.settles
-            else Number(limit.value, None, unit, shown, "it does not settle over its meshes")
-        )  # fmt: skip
-    numbers["fold_free"] = Number(float(free[0]), 1e-5, "l", ".5f")
-    coarse = float(rows[0][1][0])
-    numbers["fold_coarse"] = Number(coarse, abs(coarse - where.value), "l", ".5f")
+    found = {"shell": [(f"{a} x {b}", folded((a, b))) for a, b in MESHES]}
+    for ruling in RULINGS:
+        found[f"finite, rulings {ruling}"] = [(str(n), ribbon_folded(ruling, n)) for n in SEGMENTS]
+    limits = {name: _limits([one for _, one in rows]) for name, rows in found.items()}
+    table = []
+    for name, rows in found.items():
+        table += [[name, mesh, *(f"{x:.{d}f}" for x, d in zip(one, FOLD_DIGITS, strict=True))] for mesh, one in rows]
+        table.append([name, "limit", *(_short(x, d) for x, d in zip(limits[name], FOLD_DIGITS, strict=True))])
+    shell, free, held = limits.values()
+    for name, row in (("", shell), ("_free", free), ("_straight", held)):
+        numbers[f"fold{name}"] = _number(row[0], "l", ".5f")
+        numbers[f"tension{name}"] = _number(row[1], "D w / l^2", ".2f")
+    coarse = float(found["shell"][0][1][0])
+    numbers["fold_coarse"] = Number(coarse, abs(coarse - shell[0].value), "l", ".5f")
+    coarsely = ribbon_folded("straight")[0] - ribbon_folded("free")[0]
+    part = (shell[0].value - free[0].value) / (held[0].value - free[0].value)
     return [
         "## Where it snaps",
         f"w/l = {WIDE.width:g}, w/h = {WIDE.slender:g}, without contact. The shell begins at the ribbon's surface at "
         f"Z = {BEGUN:g} and is followed by its own equations; it is stable down to its fold. Beyond it, on the way "
         "back, a second mode grows unstable where the loop leaves the middle.",
-        page.table(["model", "fold, Z", "loop leaves the middle, Z", "tension at the fold", "moment", "energy"], table),
-        f"Over the meshes the shell's fold goes to Z = {where.text}, tension {tension.text}. Clamps "
-        "that hold the whole edge keep it flat and let no warping through: the strip is the stiffer.",
-    ]
+        page.table(["model", "mesh", "fold, Z", "tension at the fold", "moment", "energy",
+                    "loop leaves the middle, Z"], table),
+        f"The shell's fold lies at {part:.2f} of the way from the ribbon's with free rulings to the one with straight "
+        f"rulings. Rulings held straight move the ribbon's by {held[0].value - free[0].value:.4f} l; "
+        f"{SEGMENTS[0]} equal segments make {coarsely:.4f} of that.",
+    ]  # fmt: skip
 
 
 def _lyings(numbers: dict[str, Number]) -> list[str]:
     shells = [lying(mesh) for mesh in MESHES]
-    free = ribbon_lying()
-    loops = [of_shell(found) for found in shells]
-    rows = []
-    for (a, b), found, loop in zip(MESHES, shells, loops, strict=True):
-        rows.append([f"shell, {a} x {b}", *_row(loop), f"{off(found, free):.1e}",
+    beside = {ruling: ribbon_finer(ruling) for ruling in RULINGS}
+    rows, limits = [], {}
+    for (a, b), found in zip(MESHES, shells, strict=True):
+        rows.append(["shell", f"{a} x {b}", *_row(of_shell(found)),
+                     *(f"{off(found, beside[ruling][-1]):.1e}" for ruling in RULINGS),
                      f"{nearest(found.surface) * LYING.slender / LYING.width - 1.0:+.0e}"])  # fmt: skip
-    rows.append(["finite, rulings free at the clamps", *_row(of_ribbon(free)), "", ""])
-    limits = [settled(list(column), 1e-6) for column in np.array(loops).T]
-    push, energy = limits[2], limits[5]
-    for name, limit, fine, unit, shown in (
-        ("push", push, loops[-1].push, "D w / l^2", ".2f"), ("energy", energy, loops[-1].energy, "D w / l", ".3f")
-    ):  # fmt: skip
-        numbers[name] = (
-            Number(limit.value, limit.error, unit, shown) if limit.settles
-            else Number(fine, None, unit, shown, "it does not settle over its meshes")
-        )  # fmt: skip
-    for name, kind in (("free", free),):
-        loop = of_ribbon(kind)
-        numbers[f"push_{name}"] = Number(loop.push, 1e-3 * loop.push, "D w / l^2", ".2f")
-        numbers[f"energy_{name}"] = Number(loop.energy, 1e-5 * loop.energy, "D w / l", ".3f")
-    numbers["push_coarse"] = Number(loops[0].push, abs(loops[0].push - push.value), "D w / l^2", ".3f")
+    limits["shell"] = _limits([np.array(of_shell(found)) for found in shells])
+    rows.append(["shell", "limit", *map(_short, limits["shell"][:-1], LYING_DIGITS), "", "", ""])
+    for ruling, states in beside.items():
+        name = f"finite, rulings {ruling}"
+        limits[ruling] = _limits([np.array(of_ribbon(state)) for state in states])
+        rows += [[name, str(state.problem.lengths.size), *_row(of_ribbon(state)), "", "", ""] for state in states]
+        rows.append([name, "limit", *map(_short, limits[ruling][:-1], LYING_DIGITS), "", "", ""])
+    for name, row in (("", limits["shell"]), ("_free", limits["free"]), ("_straight", limits["straight"])):
+        numbers[f"push{name}"] = _number(row[2], "D w / l^2", ".2f")
+        numbers[f"energy{name}"] = _number(row[5], "D w / l", ".3f")
+    coarse = of_shell(shells[0]).push
+    numbers["push_coarse"] = Number(coarse, abs(coarse - limits["shell"][2].value), "D w / l^2", ".3f")
     worst = max(unbalanced(found) for found in shells)
     numbers["unbalanced"] = Number(worst, worst, "", ".0e")
     product = max(found.contact["product"] for found in shells if found.contact is not None)
+    lowest = ", ".join(f"{of_shell(found).eigenvalue:.2f}" for found in shells)
+    push, free, held = (limits[name][2].value for name in ("shell", *RULINGS))
     return [
         "## Where it lies on itself",
         f"w/l = {LYING.width:g}, w/h = {LYING.slender:g}, Z = {TOUCHING:g}, parts of the strip the thickness apart. "
-        "The shell touches at the same place as the ribbon, at v = +0.5 w of the first strand and -0.5 w of the "
-        "second, edge on edge, and is stable. *Eigenvalue*: each model in its own metric. *Off*: centreline from the "
-        "ribbon's, at equal s. *Nearest*: least distance of two parts of the shell over h, less 1, from its points.",
-        page.table(["model", "s", "s'", "push", "tension", "moment", "energy", "eigenvalue", "off",
+        "The shell touches at v = +0.5 w of the first strand and -0.5 w of the second, edge on edge, as the ribbon "
+        f"does, and is stable (lowest eigenvalue {lowest} in its metric, coarse to fine). Segments of free rulings "
+        "end where the ribbon touches and halve towards there; of straight ones they are equal. *Off*: centreline "
+        "from the ribbon's on its finest segments, at equal s. *Nearest*: least distance of two parts of the shell "
+        "over h, less 1, from its points.",
+        page.table(["model", "mesh", "s", "s'", "push", "tension", "moment", "energy", "off, free", "off, straight",
                     "nearest"], rows),
-        f"The push goes to {push.text}, the energy to {energy.text}. Force and moment that both clamps leave: "
+        f"The shell pushes with {100.0 * (push / free - 1.0):.1f} % more than the ribbon with free rulings, "
+        f"{100.0 * (push / held - 1.0):+.2f} % beside straight ones. Force and moment that both its clamps leave: "
         f"{worst:.0e} of the tension; push times gap {product:.0e} of the push.",
     ]  # fmt: skip
 
 
+LYING_DIGITS = (5, 5, 3, 3, 4, 4)
+
+
 def _row(loop: Loop) -> list[str]:
-    return [f"{loop.s:.4f}", f"{loop.other:.4f}", f"{loop.push:.3f}", f"{loop.tension:.3f}", f"{loop.moment:.4f}",
-            f"{loop.energy:.4f}", f"{loop.eigenvalue:.4g}"]  # fmt: skip
+    return [f"{value:.{digits}f}" for value, digits in zip(loop[:-1], LYING_DIGITS, strict=True)]
 
 
 def run(out: Path) -> dict[str, Number]:
@@ -269,10 +326,9 @@ def run(out: Path) -> dict[str, Number]:
         "The strip of [a twisted ribbon whose ends come together](ribbon_plectoneme.md), 1.5 turns, nu = 0.3, as a "
         "Naghdi shell beside `finite`. Edges that meet edges: [theory](../docs/theory.md), (7.33), (7.34). The "
         "shell's clamps hold the whole edge, position and director. Forces in D w / l^2, energies in D w / l, lengths "
-        "in l; meshes along x across, of degree 2; the ribbon on 40 segments.",
+        "in l; meshes along x across, of degree 2, limits over meshes halved twice.",
         *parts,
         "What does not hold: the shell's own snap from one state to the other is not followed with contact; one "
-        "distance, one width in contact; a ribbon's clamp has no counterpart that holds the section as the shell's "
-        "does: it is flat there, and lets no warping through.",
+        "distance, one width in contact; no friction.",
     )  # fmt: skip
     return numbers
