@@ -12,13 +12,14 @@ A plane and a room that a strip is in have no other side. A body that turns is n
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ribbon.contact import Barrier
 from ribbon.judge import nearness
 from ribbon.obstacle import Obstacle
 from ribbon.problems.mixed import MixedProblem
 from ribbon.result import Equilibrium
-from ribbon.solid import Face
+from ribbon.solid import Face, Solid
 
 #: Depth (l) in a body, and part of its radius, from which a particle went through it.
 _DEEP, _SHARE = 0.01, 0.5
@@ -38,18 +39,32 @@ def _has_sides(wall: Barrier, before: Barrier) -> bool:
     """Whether a wall is a body seen from outside that did not turn."""
     if not isinstance(wall, Obstacle) or not isinstance(before, Obstacle) or isinstance(wall, Face) or wall.inside:
         return False
-    turned = wall.axis != before.axis or getattr(wall, "normal", None) != getattr(before, "normal", None)
-    return wall.kind == before.kind and not turned
+    if wall.kind != before.kind or not _alike(wall.axis, before.axis):
+        return False
+    return not (isinstance(wall, Solid) and isinstance(before, Solid)) or _alike(wall.normal, before.normal)
+
+
+def _alike(one: ArrayLike | None, other: ArrayLike | None) -> bool:
+    """Whether two directions of a body are the same, or both are not there."""
+    if one is None or other is None:
+        return one is other
+    return np.array_equal(np.asarray(one), np.asarray(other))
+
+
+def _thick(body: Obstacle) -> float:
+    """How far a body reaches about its middle, at the least; an edge has none behind it."""
+    if body.kind == "edge":
+        return np.inf
+    if isinstance(body, Solid) and body.size is not None:
+        return 0.5 * float(np.min(np.asarray(body.size)))
+    return body.radius
 
 
 def _went(one: MixedProblem, old: Equilibrium, other: MixedProblem, new: Equilibrium, k: int) -> bool:
     length = other.strip.length
     before, body = one.walls[k].scaled(one.strip.length), other.walls[k].scaled(length)
     assert isinstance(body, Obstacle)
-    size = getattr(body, "size", None)
-    thick = body.radius if size is None else 0.5 * float(np.min(size))
-    if body.kind == "edge":
-        thick = np.inf
+    thick = _thick(body)
     s = np.linspace(0.0, 1.0, int(min(_MOST, max(_EACH * other.lengths.size, _EACH / thick))) + 1)
     begin, end = nearness.shape(one, old.x, s), nearness.shape(other, new.x, s)
     moved = np.asarray(body.point) - np.asarray(before.point)

@@ -206,7 +206,8 @@ def run(out: Path) -> dict[str, Number]:
         page.table(["w / l", *(f"p = {p}" for p in SEGMENTS), "changed by the last halving"],
                    [[f"{width:g}", *(f"{one:.6f}" for one in row), _settled(row)[1]] for width, row in bands.items()]),
         f"## Pushed past it\n\nThe band of w / l = {WIDE:g} keeps more and more, d, on {fine} segments. It touches at "
-        "two places, images of each other by the half turn about its axis. dE/dd: by energies at d +- "
+        "two places, images of each other by the half turn about its axis. Without contact its energy is "
+        f"{free(WIDE, fine).energy.total:.4f}. dE/dd: by energies at d +- "
         f"{_STEP:g}, which do not know the pushes; under gaps of at least d it is their sum.",
         page.table(heads, _least(fine)),
         f"dE/dd is within {off:.0e} of the pushes from d = {KEPT[1]:g} on, and the two places push alike to "
@@ -222,7 +223,7 @@ def run(out: Path) -> dict[str, Number]:
         found[name] = Number(row[-1], max(abs(row[-1] - row[0]), 1e-6), "l", ".4f")
     first = [pushed(KEPT[1], p) for p in SEGMENTS]
     return found | {
-        "push_first": Number(first[-1], max(np.ptp(first), 1e-3), "D w / l^2", ".2f"),
+        "push_first": Number(first[1], max(np.ptp(first), 1e-3), "D w / l^2", ".2f"),
         "push_last": Number(pushed(KEPT[-1], fine), _settled(settling["pushes, D w / l^2"])[0], "D w / l^2", ".1f"),
         "energy_free": Number(free(WIDE, fine).energy.total, abs(free(WIDE, fine).energy.total
                               - free(WIDE, SEGMENTS[2]).energy.total), "D w / l", ".3f"),
