@@ -303,7 +303,8 @@ def _lyings(numbers: dict[str, Number]) -> list[str]:
         page.table(["model", "mesh", "s", "s'", "push", "tension", "moment", "energy", "off, free", "off, straight",
                     "nearest"], rows),
         f"The shell pushes with {100.0 * (push / free - 1.0):.1f} % more than the ribbon with free rulings, "
-        f"{100.0 * (push / held - 1.0):+.2f} % beside straight ones, within their errors. Force and moment that both its clamps leave: "
+        f"{100.0 * (push / held - 1.0):+.2f} % beside straight ones, within their errors. "
+        "Force and moment that both its clamps leave: "
         f"{worst:.0e} of the tension; push times gap {product:.0e} of the push.",
     ]  # fmt: skip
 
