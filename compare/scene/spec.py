@@ -561,7 +561,7 @@ class SeedSpec:
     curve: tuple[Vector, ...] | None = key(
         Kind.POINTS, "starting centreline, drawn from the start to the end of the strip", LENGTH,
         example="[[0.0, 0.0, 0.0], [0.0, 0.1, 0.2], [0.1, 0.0, 0.4], [0.0, 0.0, 0.6]]", default=None, newer=True,
-        note="a file stands beside the scene's; instead of curvature and ruling"
+        known="-1e6 <= x / l <= 1e6", note="a file stands beside the scene's; instead of curvature and ruling"
     )
 
 

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline, make_interp_spline
-from scipy.optimize import minimize
 
 FloatArray = NDArray[np.float64]
 
@@ -145,7 +144,7 @@ def relaxed(points: FloatArray, diameter: float, edges: int, ends: Ends | None =
         energy = 0.5 * (k**2).sum() / h**3 + 0.5 * _EDGE * h * ((length / h - 1.0) ** 2).sum()
         return energy + 0.5 * stiff * ((diameter - r) ** 2).sum(), slope.ravel()
 
-    found = minimize(
+    found = scipy.optimize.minimize(
         value, x[:free].ravel(), jac=True, method="L-BFGS-B",
         options={"maxiter": _MOST, "maxfun": 2 * _MOST, "maxcor": 30, "ftol": 1e-13, "gtol": 1e-4},
     )  # fmt: skip
@@ -167,10 +166,10 @@ def fields(
     d = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     fine = np.linspace(0.0, d[-1], 6001)
     if ends is None:
-        spline = make_interp_spline(d, np.vstack([points[:-1], points[:1]]), k=5, bc_type="periodic")
+        spline = scipy.interpolate.make_interp_spline(d, np.vstack([points[:-1], points[:1]]), k=5, bc_type="periodic")
     else:
         along = tuple([(1, tangent), (2, np.zeros(3))] for tangent in (ends.leaves, ends.arrives))
-        spline = make_interp_spline(d, points, k=5, bc_type=along)
+        spline = scipy.interpolate.make_interp_spline(d, points, k=5, bc_type=along)
     r, first, second = spline(fine), spline(fine, 1), spline(fine, 2)
     speed = np.linalg.norm(first, axis=1)
     u = first / speed[:, None]
@@ -225,12 +224,12 @@ def _clusters(s: FloatArray, other: FloatArray, force: FloatArray, near: float) 
     return tuple(sorted((each for each in out if each.force > 0.02 * most), key=lambda each: each.s))
 
 
-def _spline(points: FloatArray, ends: Ends | None) -> tuple[CubicSpline, FloatArray, FloatArray]:
+def _spline(points: FloatArray, ends: Ends | None) -> tuple[scipy.interpolate.CubicSpline, FloatArray, FloatArray]:
     d = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     if ends is None:
-        spline = CubicSpline(d, np.vstack([points[:-1], points[:1]]), bc_type="periodic")
+        spline = scipy.interpolate.CubicSpline(d, np.vstack([points[:-1], points[:1]]), bc_type="periodic")
     else:
-        spline = CubicSpline(d, points, bc_type=((1, ends.leaves), (1, ends.arrives)))
+        spline = scipy.interpolate.CubicSpline(d, points, bc_type=((1, ends.leaves), (1, ends.arrives)))
     t = np.linspace(0.0, d[-1], 20001)
     speed = np.linalg.norm(spline(t, 1), axis=1)
     return spline, t, np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t))])

@@ -136,7 +136,7 @@ APART = {
     "seed.ruling": "test_the_ruling_of_a_seed",
     "strip.transverse_curvature": "of tape springs", "clamp.start.section": "the same", "clamp.end.section": "the same",
     "contact.distance": "test_contact_itself",
-    "contact.section": "test_contact_itself",
+    "contact.section": "test_contact_itself", "contact.joints": "test_drawn", "seed.curve": "test_curve",
     "path.steps": "how a path is cut (test_way)", "wall.name": "a name", "wall.point": "test_the_wall",
     "wall.normal": "test_the_wall", "wall.stiffness": "test_the_wall", "shell.contact": "test_the_wall",
     "wall.friction": "of a path (test_friction)", "obstacle.friction": "the same",

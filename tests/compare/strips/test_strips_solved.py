@@ -265,7 +265,7 @@ def test_a_path_of_strips_leads_where_the_scene_itself_is():
 "strip.a.clamp.start.tangent" = [0.8, 0.0, 0.6]
 "strip.a.clamp.start.normal" = [-0.6, 0.0, 0.8]
 "wall.table.point" = [0.0, 0.0, -0.01]
-steps = 2
+steps = 3
 """
     few = {"model.elements": 6}
     scene, straight = loads(TABLE + way, "way", few), solved(loads(TABLE, "table", few), error=False)

@@ -62,7 +62,10 @@ def complementarity(found: ElasticaResult) -> float:
     return max(touch.push * abs(touch.gap) for touch in found.touches)
 
 
-PROBES = {"energy": lambda: coil(*COILS[0][:3], COILS[0][3][0]).energy.total}
+PROBES = {
+    "energy": lambda: coil(*COILS[0][:3], COILS[0][3][0]).energy.total,
+    "eigenvalue": lambda: float(coil(*COILS[0][:3], COILS[0][3][0]).lowest_eigenvalue),
+}
 
 
 def run(out: Path) -> dict[str, Number]:
@@ -110,5 +113,6 @@ def run(out: Path) -> dict[str, Number]:
         "through": Number(through, 2e-7, "l", ".0e"),
         "tension_off": Number(off, 1e-3, "", ".0e"),
         "energy_off": Number(halved, halved, "", ".0e"),
+        "eigenvalue": Number(PROBES["eigenvalue"](), 2e-2, "", ".3f"),
         "energy": Number(coil(*COILS[0][:3], COILS[0][3][0]).energy.total, 1e-3, "D w / l", ".4f"),
     }

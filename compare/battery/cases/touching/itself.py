@@ -1,12 +1,8 @@
-"""A strip that touches itself: folds of ever less thickness, ever further pressed, coils of ever more layers."""
+"""A strip that touches itself: folds of ever less thickness, ever further pressed."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-
-import numpy as np
-from scipy.spatial import cKDTree
 
 from compare.battery.case import Case, Check, Rung, holds
 from compare.battery.judge.touching import Sheet, balanced, kept, of_itself
@@ -14,9 +10,6 @@ from ribbon import Clamp, Equilibrium, Strip, solve
 from ribbon.find.continuation import follow, switch
 from ribbon.find.solve import Problem, build
 from ribbon.solvers.budget import within
-from shellref.elastica.problem import ElasticaProblem
-from shellref.elastica.result import ElasticaResult
-from shellref.elastica.start import natural_start, solve_along
 
 STRIP = Strip(1.0, 0.05)
 #: Where ends are that are apart (l), on the way to where the sides are near each other.
@@ -65,54 +58,7 @@ def _segments(rung: Rung) -> Iterator[Check]:
     yield from _judged(fold(0.02, 0.15, int(rung)), 0.02)
 
 
-#: Thickness (l), natural curvature (1/l), elements of a coil, by turns.
-COILS = {1.5: (0.01, 12.0, 30), 2.5: (0.01, 20.0, 40), 5.5: (0.003, 42.0, 110)}
-#: Closest (l) that layers may be nearer than they are kept, and push times gap (D w / l).
-_CLOSEST, _COMPLEMENTARY = 1e-6, 1e-8
-
-
-def _layers(rung: Rung) -> Iterator[Check]:
-    """A coil let go: the planar elastica's layers, their distances by points of its curve alone."""
-    turns = float(rung)
-    thick, curved, elements = COILS[turns]
-    mean, half = 1.0 / (2.0 * math.pi * turns), 0.75 * thick * turns
-    light = ElasticaProblem(curvature=(curved, curved), apart=thick)
-    loose = natural_start(light, (1.0 / (mean - half), 1.0 / (mean + half)))
-    found = solve_along([loose, light], elements, 3, estimate_error=False)
-    yield holds("arrived, stable in its plane", found.load_factor >= 1.0 and found.stable is True, found.message)
-    yield Check("nearer than its thickness (l)", _deepest(found, thick), _CLOSEST)
-    gaps = max(abs(touch.push * touch.gap) for touch in found.touches)
-    yield Check("push times gap (D w / l)", gaps, _COMPLEMENTARY)
-    yield Check("pushes that pull (D w / l^2)", max(0.0, -min(touch.push for touch in found.touches)), 0.0)
-
-
-def _deepest(found: ElasticaResult, thick: float) -> float:
-    """By how much (l) layers are nearer than they are kept, of a polygon's edges (sagitta below 1e-8 l)."""
-    s = np.linspace(0.0, 1.0, 20_001)
-    r = found.position(s)
-    far = 0.5 * 2.0 * math.pi / (float(np.abs(np.diff(found.angle(s))).max()) / s[1])
-    deepest = 0.0
-    step = np.diff(r, axis=0)
-    for i, near in enumerate(cKDTree(r).query_ball_point(r[::10], thick + 2.0 * s[1])):
-        own = r[10 * i]
-        j = np.asarray([k for k in near if abs(s[k] - s[10 * i]) > far and k < len(step)], dtype=int)
-        if j.size:
-            t = np.clip(np.einsum("ki,ki->k", own - r[j], step[j]) / np.einsum("ki,ki->k", step[j], step[j]), 0.0, 1.0)
-            distance = float(np.linalg.norm(r[j] + t[:, None] * step[j] - own, axis=1).min())
-            deepest = max(deepest, thick - distance)
-    return deepest
-
-
 CASES: tuple[Case, ...] = (
-    Case(
-        "touching/layers",
-        "a coil of the planar elastica wound loosely and let go, of ever more layers that lie on each other",
-        "stable in its plane; nowhere nearer than its thickness by more than 1e-6 l; pushes times gaps below 1e-8",
-        "turns",
-        _layers,
-        (1.5,),
-        (2.5, 5.5),
-    ),
     Case(
         "touching/thickness_to_nothing",
         "a strip folded between clamps 0.15 l apart until its sides meet, ever thinner: steps that go through it are "
