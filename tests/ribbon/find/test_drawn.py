@@ -49,7 +49,7 @@ def test_a_developable_strip_does_not_begin_in_space():
         drawn.unknowns(flat, first + polygon.overhand(0.4067) @ frame.T)
 
 
-def test_a_bowed_curve_without_contact_comes_to_rest_on_its_side():
+def test_a_bowed_curve_without_contact_comes_to_rest_as_far_out_as_its_image():
     """Drawn as an arch to either side, in the plane of the clamps: mirror images, of one energy."""
     rod, frame, first = problem(0.0, 20)
     z = np.linspace(0.0, 1.0, 12)
@@ -61,7 +61,7 @@ def test_a_bowed_curve_without_contact_comes_to_rest_on_its_side():
     assert all(state.status.code in ("converged", "saddle") for state in found)
     out = np.linalg.norm(tops, axis=1)  # the plane of the arch may turn about the clamps' axis
     assert out[0] == pytest.approx(out[1], rel=1e-6)
-    assert tops[0, 0] > 0.3 > -0.3 > tops[1, 0]
+    assert out[0] > 0.3
     assert found[0].energy.total == pytest.approx(found[1].energy.total, rel=1e-9)
 
 
