@@ -20,14 +20,14 @@ a row of nodes (shellref.contact.pairs); edges that are all but parallel have no
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from shellref.contact.lines import Between, Ends, between, newton, seeds, solved
 from shellref.contact.pairs import FOLLOWED, MOST_REACH, NEIGHBOURS, NOTHING, REACH
-from shellref.contact.rows import MOST_PARTS, Entries
+from shellref.contact.rows import MOST_PARTS, Entries, Gradients
 from shellref.contact.sheet import Sheet
 from shellref.contact.walls import Standing
 
@@ -185,20 +185,18 @@ class EdgeRows:
             z = newton(self.sheet, state, self.ends)[0].z
         return np.asarray(self.side * z - self.apart)
 
-    def _columns(self) -> np.ndarray:
-        """(m, c) of the positions of the nodes of both lines."""
-        nodes = np.hstack([self.between.x.nodes, self.between.y.nodes])
-        return np.asarray((6 * nodes[:, :, None] + np.arange(3)).reshape(len(nodes), 3 * nodes.shape[1]))
-
-    def _values(self) -> np.ndarray:
-        """(m, c) gradients of the gaps."""
-        weights = np.hstack([self.between.x.weights[0], -self.between.y.weights[0]])
-        values = weights[:, :, None] * self.normals[:, None, :]
-        return np.asarray(values.reshape(len(weights), 3 * weights.shape[1]))
+    @cached_property
+    def _gradients(self) -> Gradients:
+        """Those of the gaps by the positions of the nodes of both lines."""
+        x, y = self.between.x, self.between.y
+        nodes, weights = np.hstack([x.nodes, y.nodes]), np.hstack([x.weights[0], -y.weights[0]])
+        count = (len(nodes), 3 * nodes.shape[1])
+        columns = (6 * nodes[:, :, None] + np.arange(3)).reshape(count)
+        return Gradients((weights[:, :, None] * self.normals[:, None, :]).reshape(count), columns)
 
     def applied(self, fields: np.ndarray) -> np.ndarray:
         """b . field (m,), of nodal increments (n, 6)."""
-        return np.asarray(np.sum(self._values() * fields.ravel()[self._columns()], axis=1))
+        return self._gradients.applied(fields)
 
     def rates(self, rate: Standing) -> np.ndarray:
         """(m,): nothing moves by itself."""
@@ -206,31 +204,19 @@ class EdgeRows:
 
     def forces(self, pushes: np.ndarray, n: int) -> np.ndarray:
         """sum of b lambda (n, 6)."""
-        weights = (pushes[:, None] * self._values()).ravel()
-        return np.bincount(self._columns().ravel(), weights, 6 * n).reshape(n, 6)
+        return self._gradients.forces(pushes, n)
 
     def matrix(self, some: np.ndarray, n: int) -> Any:
         """The rows `some`."""
-        values, columns = self._values()[some], self._columns()[some]
-        count = values.shape[1] if len(some) else 0
-        found = csr_matrix(
-            (values.ravel(), columns.ravel(), count * np.arange(len(some) + 1)), shape=(len(some), 6 * n)
-        )
-        found.sum_duplicates()
-        return found
+        return self._gradients.matrix(some, n)
 
     def curvature(self, pushes: np.ndarray, n: int) -> Entries | None:
         """Of those that push."""
         some = np.flatnonzero(pushes)
         if not len(some):
             return None
-        columns = self._columns()[some]
         blocks = (pushes[some] * self.side[some])[:, None, None] * self.second()[some]
-        rows = np.broadcast_to(columns[:, :, None], blocks.shape).ravel()
-        across = np.broadcast_to(columns[:, None, :], blocks.shape).ravel()
-        values = blocks.ravel()
-        there = values != 0.0
-        return rows[there], across[there], values[there]
+        return self._gradients.entries(some, blocks)
 
     def second(self) -> np.ndarray:
         """d2z (m, c, c) by the positions of the nodes in the order of the columns."""

@@ -25,10 +25,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
-from shellref.contact.rows import MOST_PARTS, Entries
+from shellref.contact.rows import MOST_PARTS, Entries, Gradients
 from shellref.contact.sheet import Feet, Local, Sheet
 from shellref.contact.walls import Standing
 
@@ -231,9 +230,13 @@ class PairRows:
         side = np.where(known, self.found.side[near], np.where(feet.z < 0.0, -1.0, 1.0))
         return min(0.0, float(np.min(side * feet.z - self.apart)))
 
+    @property
+    def _gradients(self) -> Gradients:
+        return Gradients(self.found.values, self.found.columns)
+
     def applied(self, fields: np.ndarray) -> np.ndarray:
         """b . field (m,)."""
-        return np.asarray(np.sum(self.found.values * fields.ravel()[self.found.columns], axis=1))
+        return self._gradients.applied(fields)
 
     def rates(self, rate: Standing) -> np.ndarray:
         """(m,): nothing moves by itself."""
@@ -241,33 +244,19 @@ class PairRows:
 
     def forces(self, pushes: np.ndarray, n: int) -> np.ndarray:
         """sum of b lambda (n, 6)."""
-        weights = (pushes[:, None] * self.found.values).ravel()
-        return np.bincount(self.found.columns.ravel(), weights, 6 * n).reshape(n, 6)
+        return self._gradients.forces(pushes, n)
 
     def matrix(self, some: np.ndarray, n: int) -> Any:
         """The rows `some`."""
-        values, columns = self.found.values[some], self.found.columns[some]
-        count = values.shape[1] if len(some) else 0
-        found = csr_matrix(
-            (values.ravel(), columns.ravel(), count * np.arange(len(some) + 1)), shape=(len(some), 6 * n)
-        )
-        found.sum_duplicates()
-        return found
+        return self._gradients.matrix(some, n)
 
     def curvature(self, pushes: np.ndarray, n: int) -> Entries | None:
         """Of those that push."""
         some = np.flatnonzero(pushes)
         if not len(some):
             return None
-        feet, l, columns = self.found.feet.some(some), self.found.l[some], self.found.columns[some]
-        second = self.second(self.seen, feet, l)
-        blocks = (pushes[some] * self.found.side[some])[:, None, None] * second
-        shape = blocks.shape
-        rows = np.broadcast_to(columns[:, :, None], shape).ravel()
-        across = np.broadcast_to(columns[:, None, :], shape).ravel()
-        values = blocks.ravel()
-        there = values != 0.0
-        return rows[there], across[there], values[there]
+        second = self.second(self.seen, self.found.feet.some(some), self.found.l[some])
+        return self._gradients.entries(some, (pushes[some] * self.found.side[some])[:, None, None] * second)
 
     def second(self, state: np.ndarray, feet: Feet, l: np.ndarray) -> np.ndarray:
         """d2z (m, c, c) by the place and the nodal values in the order of the columns."""

@@ -32,6 +32,43 @@ MOST_PARTS = 4096
 Entries = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
+@dataclass(frozen=True)
+class Gradients:
+    """Rows of gaps by the entries of nodal fields (n, 6) that each has: values (m, c) and columns (m, c), 6 times the
+    node and the component; a column may stand twice in a row, and counts twice."""
+
+    values: np.ndarray
+    columns: np.ndarray
+
+    def applied(self, fields: np.ndarray) -> np.ndarray:
+        """b . field (m,), of nodal increments (n, 6)."""
+        return np.asarray(np.sum(self.values * fields.ravel()[self.columns], axis=1))
+
+    def forces(self, pushes: np.ndarray, n: int) -> np.ndarray:
+        """sum of b lambda (n, 6) of pushes (m,)."""
+        weights = (pushes[:, None] * self.values).ravel()
+        return np.bincount(self.columns.ravel(), weights, 6 * n).reshape(n, 6)
+
+    def matrix(self, some: np.ndarray, n: int) -> Any:
+        """The rows `some`, (k, 6 n)."""
+        values, columns = self.values[some], self.columns[some]
+        count = values.shape[1] if len(some) else 0
+        found = csr_matrix(
+            (values.ravel(), columns.ravel(), count * np.arange(len(some) + 1)), shape=(len(some), 6 * n)
+        )
+        found.sum_duplicates()
+        return found
+
+    def entries(self, some: np.ndarray, blocks: np.ndarray) -> Entries:
+        """Those of second derivatives (k, c, c) of the rows `some`, without zeros."""
+        columns, shape = self.columns[some], blocks.shape
+        rows = np.broadcast_to(columns[:, :, None], shape).ravel()
+        across = np.broadcast_to(columns[:, None, :], shape).ravel()
+        values = blocks.ravel()
+        there = values != 0.0
+        return rows[there], across[there], values[there]
+
+
 class Block(Protocol):
     """Places of one kind, (m,) each: node, number of what is touched (walls, then bodies, then the strip itself), side
     sigma, and which part of that it is, 0 to `MOST_PARTS` - 1. Gradients are those of the state last seen (`at`)."""

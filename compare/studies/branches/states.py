@@ -21,6 +21,7 @@ from compare.continuation.point import Options, Point
 from compare.continuation.system import System
 from compare.models.base import Shape, check_keys
 from compare.models.capabilities import Branches, BranchStart
+from compare.models.holds.friction import rubs
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.studies.branches.bars import Bars, Numbers, bars, known
@@ -155,6 +156,10 @@ def able(scene: Scene) -> Branches:
     if not isinstance(model, Branches):
         known = ", ".join(n for n in registry.names() if isinstance(registry.model(n), Branches))
         raise BadInput("--all", name, "gives no tangent by which others could be told apart", f"ask one of {known}")
+    if rubs(scene):
+        raise BadInput(
+            "--all", "friction", "holds many states, of which the way decides", "ask without --all, or without friction"
+        )
     check_keys(registry.model(name), scene)
     return model
 

@@ -203,3 +203,14 @@ def test_the_command_lists_them_and_says_that_a_list_is_no_proof(tmp_path, monke
     assert lines.shape == (len(energies), 101, 3)
     plain = json.loads((tmp_path / "out" / "page.json").read_text())
     assert any(t["title"] == "Equilibria that were seen" for t in plain["tables"])
+
+
+def test_a_strip_that_rubs_has_no_list_of_states():
+    """How it lies depends on its way there: refused, before anything is solved."""
+    floor = '[[wall]]\nname = "floor"\npoint = [0.0, -1.0, 0.0]\nnormal = [0.0, 1.0, 0.0]\nfriction = 0.3\n'
+    way = '[[path]]\n"wall.floor.point" = [0.0, -1.1, 0.0]\n'
+    rough = loads(ARCH.replace('"elastica"', '"wunderlich"') + floor + way)
+    smooth = rough.replace({"wall.floor.friction": 0.0})
+    assert search.able(smooth)
+    with pytest.raises(BadInput, match="friction"):
+        search.able(rough)

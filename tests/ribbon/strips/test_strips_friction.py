@@ -117,11 +117,17 @@ def test_the_clamps_work_is_energy_and_what_friction_took_away():
 
 
 def test_a_scene_turned_is_the_scene():
+    """Sizes to 1e-6. Places are sought to 1e-6 l on either strip, which turns a push by twice that over the 0.05 l
+    between them, and friction by it over the slip."""
     one, other = drawn(2)[-1], drawn(2, turn=0.7)[-1]
     assert other.energy.elastic == pytest.approx(one.energy.elastic, rel=1e-7)
-    assert other.rubbed == pytest.approx(one.rubbed, rel=1e-4)
-    for here, there in zip(on_the_first(one), on_the_first(other), strict=True):
-        assert about(0.7) @ here == pytest.approx(there, abs=3e-5)  # rounds end there; 8e-6 in other arithmetic
+    assert other.rubbed == pytest.approx(one.rubbed, rel=1e-6)
+    slip = min(np.linalg.norm(each.slip) for each in one.slides)
+    assert slip > 0.01
+    for here, there, far in zip(on_the_first(one), on_the_first(other), (one.problem.apart, slip), strict=True):
+        size = np.linalg.norm(here)
+        assert np.linalg.norm(there) == pytest.approx(size, rel=1e-6)
+        assert about(0.7) @ here == pytest.approx(there, abs=2e-6 / far * size)
 
 
 @pytest.mark.parametrize(("angle", "near"), [(0.002, 1e-5), (0.02, 3e-4)])

@@ -76,27 +76,12 @@ def touching(kept: float, segments: int) -> Equilibrium:
 
 
 def pushes(found: Equilibrium) -> list[tuple[float, float, float]]:
-    """Of each place where it touches: abscissae (l) and push (D w / l^2); rows beside each other are one place."""
+    """Of each place where it touches: abscissae (l) and push (D w / l^2)."""
     assert isinstance(found.problem, MixedProblem)
     if not found.problem.pairs:
         return []
     rows = -found.rows[found.problem.block_slices()["pairs"]]
-    places: list[list[tuple[float, float, float]]] = []
-    for pair, push in zip(found.problem.pairs, rows, strict=True):
-        if push <= 1e-9 * rows.max():
-            continue
-        one = (pair.s, pair.s_other, float(push))
-        for place in places:
-            if abs(place[0][0] - one[0]) < 0.1:
-                place.append(one)
-                break
-        else:
-            places.append([one])
-    return [
-        (float(np.average([p[0] for p in place], weights=[p[2] for p in place])),
-         float(np.average([p[1] for p in place], weights=[p[2] for p in place])), sum(p[2] for p in place))
-        for place in places
-    ]  # fmt: skip
+    return [(pair.s, pair.s_other, float(push)) for pair, push in zip(found.problem.pairs, rows, strict=True)]
 
 
 def pushed(kept: float, segments: int) -> float:
