@@ -1,7 +1,8 @@
-"""Measurements under results/: `python -m tests.validation [--stale | --remake | --readme] [NAME ...]`.
+"""Measurements under results/: `python -m tests.validation [--stale | --rules | --remake | --readme] [NAME ...]`.
 
 NAME ... makes these again, all where none is named; `--remake` those that are stale only, cheap ones first (remake.py);
-`--stale` lists them with what they will take and makes nothing; `--readme` renders the pages that take their numbers
+`--stale` lists them with what they will take and makes nothing, `--rules` which modules count for a page and why
+(loaded.py); `--readme` renders the pages that take their numbers
 from the data (readme.py). `--jobs 2` makes two at once of those that take no times; the others have the machine for
 themselves. `--minutes M` begins nothing that would not be done in time, and ends what is not. An interrupted run ends
 what it began, says what was done, and goes on where it was when it is called again.
@@ -18,7 +19,7 @@ import time
 
 from compare.store.store import atomic_write_text
 from ribbonbench import sources
-from tests.validation import readme, remake, stale
+from tests.validation import loaded, readme, remake, stale
 from tests.validation.record import Pages
 
 NAMES = (
@@ -154,13 +155,15 @@ def one(name: str) -> int:
     """Makes one page again, in this process, and says what changed."""
     pages = Pages()
     module = pages.module(name)
-    why = absent(module)
+    heard = loaded.Heard()
+    with loaded.hearing(heard):
+        why = absent(module)
     if why is not None:
         print(f"validation {name}: {stale.MISSING}{why}", flush=True)
         return stale.ABSENT
     print(f"validation {name}: started", flush=True)
     run = importlib.import_module(module).run
-    record = pages.measure(name, run, f"python -m tests.validation {name}")
+    record = pages.measure(name, run, f"python -m tests.validation {name}", heard)
     print(f"validation {name}: {record.seconds:.0f} s, written to results/", flush=True)
     for line in stale.findings(name, record):
         print(f"finding: {line}", flush=True)
@@ -210,7 +213,7 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.validation", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME")
     group = parser.add_mutually_exclusive_group()
-    for option in ("stale", "remake", "readme"):
+    for option in ("stale", "rules", "remake", "readme"):
         group.add_argument(f"--{option}", action="store_true")
     parser.add_argument("--jobs", type=int, choices=(1, 2), default=1)
     parser.add_argument("--minutes", type=float, default=math.inf)
@@ -224,6 +227,9 @@ def main(arguments: list[str]) -> int:
         return rendered(stale.FAILED)
     if requested.stale:
         print(stale.listing(sorted(stale.statuses(Pages(), names), key=remake.expected), remake.expected))
+        return stale.DONE
+    if requested.rules:
+        print(stale.rules(Pages(), names))
         return stale.DONE
     alone = len(names) == 1 and not requested.remake
     code = one(names[0]) if alone else several(names, not requested.remake, requested.jobs, requested.minutes)

@@ -33,7 +33,7 @@ import re
 import resource
 import subprocess
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -42,7 +42,7 @@ from compare import registry
 from compare.store.provenance import now, versions
 from compare.store.store import atomic_write_json, read_json
 from ribbonbench import sources
-from tests.validation import written
+from tests.validation import loaded, written
 from tests.validation.number import Number
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -52,7 +52,7 @@ QUIET = 0.1
 WRITTEN = (":!results", ":!docs/gallery", ":!docs/gallery.md", ":!docs/which_model.md*", ":!README.md*")
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 #: Files that keep and never measure, and the words of those that take times or start processes.
-KEEPING = ("record.py", "pieces.py", "stale.py", "remake.py", "__main__.py")
+KEEPING = ("record.py", "pieces.py", "stale.py", "remake.py", "loaded.py", "__main__.py")
 #: Modules that write and keep what was measured, and give no number: they and what only they import are in no key.
 WRITING = tuple(f"tests.validation.{name}" for name in ("page", "pieces", "record", "written"))
 _TIMES = re.compile(r"\b(perf_counter|process_time|one_core|subprocess|ProcessPoolExecutor)\b")
@@ -77,7 +77,8 @@ class Record:
     digest of `modules`, name -> first digits of the SHA-256 of its code. seconds, cpu_seconds: wall and CPU time of
     `run` with its processes. load: averages over a minute at begin and end. others: cores that other processes kept
     busy meanwhile, None where the system does not tell; quiet: fewer than `QUIET`. files: path from the root -> SHA-256
-    of what `run` wrote. before: the record that this one replaced.
+    of what `run` wrote. before: the record that this one replaced. wide: why `modules` are all that the page may depend
+    on, and not what was loaded alone (loaded.py); "" where they are the latter.
     """
 
     command: str
@@ -101,6 +102,7 @@ class Record:
     files: Mapping[str, str]
     before: Before | None
     modules: Mapping[str, str]
+    wide: str = "its record is of an earlier form"
 
     @classmethod
     def of(cls, data: Mapping[str, Any]) -> Record:
@@ -163,10 +165,14 @@ class Pages:
         """Whether its module defines `what` at the top, without importing it."""
         return re.search(rf"^(def )?{what}\b", self.path(name).read_text(), re.M) is not None
 
-    def depends(self, name: str) -> dict[str, Path]:
-        """What a page depends on: import closure of its module but for what only writes it (`WRITING`), with the models
-        that it loads by the registry; shipped scenes and sweeps that are named in it, and what it reads of other
-        measurements (`READS`)."""
+    def depends(self, name: str, only: Collection[str] | None = None) -> dict[str, Path]:
+        """What a page may depend on: import closure of its module but for what only writes it (`WRITING`), with the
+        models that it loads by the registry; shipped scenes and sweeps that are named in it, and what it reads of other
+        measurements (`READS`). only: the modules that it loads; of all others none, but all data."""
+        if only is not None:
+            there = [one for one in only if self.sources.file(one) is not None]
+            found = {**self.sources.closure(*there, without=WRITING), **self.depends(name)}
+            return {one: path for one, path in found.items() if path.suffix != ".py" or one in only}
         found = self.sources.closure(self.module(name), without=WRITING)
         data = self._data(found)
         if registry.__name__ in found:
@@ -175,6 +181,34 @@ class Pages:
         found.update(data)
         found.update({f"results/{file}": self.results / file for file in self.reads(name)})
         return found
+
+    def made_by(self, name: str, heard: loaded.Heard) -> set[str]:
+        """The modules of this tree that made a page: those of `depends` that were loaded, and what was loaded by names
+        that no import says (models by the registry), with what these import. Not what the runner loads, nor what the
+        `__init__` of a package around them imports for others."""
+        files = {one: file for one, file in heard.loaded().items() if self._is(one, file)}
+        usual = files.keys() & self.depends(name).keys()
+        homes = {entry.target.partition(":")[0] for entry in registry.BUILT_IN}
+        runner = [one for one in ("tests.validation.__main__", *WRITING) if self.sources.file(one) is not None]
+        other = {*self._beside(usual), *self.sources.closure(*runner, statements=True)} - homes
+        named = files.keys() - usual - other
+        return usual | (files.keys() & self.sources.closure(*named, without=WRITING).keys())
+
+    def _is(self, name: str, file: str) -> bool:
+        """Whether a module that was loaded from a file is the tree's of that name."""
+        own = self.sources.file(name)
+        return own is not None and file in ("", str(own), os.path.realpath(own))
+
+    def _beside(self, modules: Collection[str]) -> set[str]:
+        """What the `__init__` of packages around modules import, and that of those in turn."""
+        found: set[str] = set()
+        while True:
+            parts = [one.split(".") for one in {*modules, *found}]
+            around = {".".join(each[:count]) for each in parts for count in range(1, len(each))} - found
+            around = {one for one in around if self.sources.file(one) is not None}
+            if not around:
+                return found
+            found.update(around, self.sources.closure(*around, statements=True))
 
     def _data(self, modules: Mapping[str, Path]) -> dict[str, Path]:
         """The shipped scenes and sweeps that modules name; all of them where a test asks for all."""
@@ -221,13 +255,13 @@ class Pages:
             self._quoted[path] = set(re.findall(r"""["'](\w+)["']""", path.read_text()))
         return self._quoted[path]
 
-    def key(self, name: str) -> str:
-        """Digest of all that a page depends on."""
-        return self.sources.sum(self.depends(name))
+    def key(self, name: str, only: Collection[str] | None = None) -> str:
+        """Digest of all that a page may depend on (`depends`)."""
+        return self.sources.sum(self.depends(name, only))
 
-    def modules(self, name: str) -> dict[str, str]:
-        """What a page depends on -> the first digits of its digest."""
-        return {one: self.sources.module(path).code[:8] for one, path in sorted(self.depends(name).items())}
+    def modules(self, name: str, only: Collection[str] | None = None) -> dict[str, str]:
+        """What a page may depend on -> the first digits of its digest."""
+        return {one: self.sources.module(path).code[:8] for one, path in sorted(self.depends(name, only).items())}
 
     def data(self, name: str) -> Path:
         return self.results / "data" / f"{name}.json"
@@ -263,12 +297,14 @@ class Pages:
         done = subprocess.run([*command, *WRITTEN], capture_output=True, text=True, check=False)
         return bool(done.stdout.strip()) if done.returncode == 0 else None
 
-    def measure(self, name: str, run: Callable[[Path], Any], command: str) -> Record:
+    def measure(
+        self, name: str, run: Callable[[Path], Any], command: str, heard: loaded.Heard | None = None
+    ) -> Record:
         """Runs a measurement and keeps its record, whole or not at all; what `run` raises is passed on, and then the
         record stays the old one. One that has the machine for itself waits for all others in the tree, and they for
-        it; the rest run beside each other."""
+        it; the rest run beside each other. heard: while its module was imported."""
         with self._locked(fcntl.LOCK_EX if self.alone(name) else fcntl.LOCK_SH):
-            return self._measure(name, run, command)
+            return self._measure(name, run, command, loaded.Heard() if heard is None else heard)
 
     @contextlib.contextmanager
     def _locked(self, kind: int) -> Iterator[None]:
@@ -279,12 +315,14 @@ class Pages:
             fcntl.flock(lock, kind)
             yield
 
-    def _measure(self, name: str, run: Callable[[Path], Any], command: str) -> Record:
+    def _measure(self, name: str, run: Callable[[Path], Any], command: str, heard: loaded.Heard) -> Record:
         old = self.read(name)
-        key, modules, made, modified = self.key(name), self.modules(name), versions(), self.modified()
+        known, made, modified = self.depends(name).values(), versions(), self.modified()
+        for path in (*known, *self.sources.every().values()):
+            self.sources.module(path)  # as it is now
         stamps = {path: path.stat().st_mtime_ns for path in self.files()}
         load, busy, cpu, began = os.getloadavg()[0], _busy(), _own(), time.perf_counter()
-        with written.noted() as own:
+        with loaded.hearing(heard), written.noted() as own:
             numbers = checked(run(self.results))
         seconds, cpu, ended = time.perf_counter() - began, _own() - cpu, now()  # pages tell the day of their end
         others = None if busy is None else max(0.0, ((_busy() or 0.0) - busy - cpu) / max(seconds, 1e-3))
@@ -292,13 +330,18 @@ class Pages:
         changed = [path for path in self.files() if stamps.get(path) != path.stat().st_mtime_ns]
         if not self.alone(name):  # what a measurement beside it wrote meanwhile is not its own
             changed = [path for path in changed if path.resolve() in own]
+        only, wide = self.made_by(name, heard), heard.why_not(self.root, known)
+        if self.module(name) not in only:
+            wide = wide or "its module is none of the tree's"
+        narrow = None if wide else only
         record = Record(
-            command, ended, commit, modified, key, made["python"], made["packages"],
+            command, ended, commit, modified, self.key(name, narrow), made["python"], made["packages"],
             made["debian"], made["system"], made["cpu"], made["cores"], made["threads"], round(seconds, 2),
             round(cpu, 2), (round(load, 2), round(os.getloadavg()[0], 2)),
             None if others is None else round(others, 3), others is not None and others < QUIET, numbers,
             {path.relative_to(self.root).as_posix(): self.digest(path) for path in changed},
-            None if old is None else Before(old.time, old.commit, old.numbers), modules,
+            None if old is None else Before(old.time, old.commit, old.numbers),
+            self.modules(name, narrow), wide,
         )  # fmt: skip
         atomic_write_json(self.data(name), asdict(record))
         return record

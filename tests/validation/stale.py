@@ -18,17 +18,19 @@ MISSING = "cannot be made here: "
 @dataclass(frozen=True)
 class Status:
     """How a page stands to the code. moved: modules (and files it reads) that changed, came or went since it was made;
-    edited: files of its own that are no longer what was written."""
+    edited: files of its own that are no longer what was written. key: digest of all that it may depend on; current: of
+    what its record counts."""
 
     name: str
     record: Record | None
     key: str
+    current: str
     moved: tuple[str, ...]
     edited: tuple[str, ...]
 
     @property
     def stale(self) -> bool:
-        return self.record is None or self.record.key != self.key or bool(self.edited)
+        return self.record is None or self.record.key != self.current or bool(self.edited)
 
     @property
     def seconds(self) -> float:
@@ -50,9 +52,11 @@ class Status:
 
 def status(pages: Pages, name: str) -> Status:
     """How the page of a measurement stands to the code of its tree."""
-    record, modules = pages.read(name), pages.modules(name)
+    record, key = pages.read(name), pages.key(name)
     if record is None:
-        return Status(name, None, pages.key(name), (), ())
+        return Status(name, None, key, key, (), ())
+    only = None if record.wide else record.modules
+    modules = pages.modules(name, only)
     differ = [one for one in sorted({*modules, *record.modules}) if modules.get(one) != record.modules.get(one)]
     first = pages.module(name)
     differ.sort(key=lambda one: (one != first, not one.startswith("tests."), one))
@@ -60,7 +64,7 @@ def status(pages: Pages, name: str) -> Status:
         file for file, digest in record.files.items()
         if not (pages.root / file).is_file() or pages.digest(pages.root / file) != digest
     ]  # fmt: skip
-    return Status(name, record, pages.key(name), tuple(differ), tuple(edited))
+    return Status(name, record, key, pages.key(name, only), tuple(differ), tuple(edited))
 
 
 def statuses(pages: Pages, names: Iterable[str]) -> list[Status]:
@@ -117,6 +121,17 @@ def listing(found: Sequence[Status], expected: Callable[[Status], float]) -> str
     total = sum(expected(one) for one in stale if math.isfinite(expected(one)))
     text = f"{len(stale)} of {len(found)} pages are stale; those whose time is known take {total:.0f} s"
     return "\n".join([*lines, text])
+
+
+def rules(pages: Pages, names: Iterable[str]) -> str:
+    """How many modules and files each page counts of those that it may depend on, and by which rule."""
+    rows = []
+    for name in names:
+        record, most = pages.read(name), len(pages.modules(name))
+        if record is not None:
+            rule = f"all: {record.wide}" if record.wide else "what it had loaded"
+            rows.append([name, str(len(record.modules)), str(most), rule])
+    return "\n".join(columns(["page", "counted", "of", "rule"], rows))
 
 
 def summary(pages: Pages, done: Mapping[str, str]) -> str:
