@@ -29,6 +29,7 @@ SYSTEM = tuple(
 )
 _STARTS = {"os.fork", "os.forkpty", "os.exec", "os.spawn", "os.system", "pty.spawn"}
 _PROGRAMS = {"subprocess.Popen", "os.posix_spawn"}
+_EVENTS = frozenset({"import", "open", "os.rename", "os.link", "sqlite3.connect", *_STARTS, *_PROGRAMS})
 _WRITES = os.O_WRONLY | os.O_RDWR
 _FRESH = os.O_TRUNC | os.O_EXCL
 
@@ -71,7 +72,7 @@ class Heard:
             self._own.add(path)
 
     def _moved(self, old: str, new: str) -> None:
-        inside = [path for path in self._own if path == old or path.startswith(f"{old}/")]
+        inside = [path for path in tuple(self._own) if path == old or path.startswith(f"{old}/")]
         self._own.update(new + path.removeprefix(old) for path in inside)
 
     def why_not(self, root: Path, known: Collection[Path]) -> str:
@@ -107,8 +108,9 @@ _hooked = False
 
 
 def _hook(event: str, arguments: tuple[Any, ...]) -> None:
-    for heard in _hearing:
-        heard(event, arguments)
+    if event in _EVENTS:
+        for heard in _hearing:
+            heard(event, arguments)
 
 
 @contextlib.contextmanager

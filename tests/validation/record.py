@@ -170,8 +170,9 @@ class Pages:
         models that it loads by the registry; shipped scenes and sweeps that are named in it, and what it reads of other
         measurements (`READS`). only: the modules that it loads; of all others none, but all data."""
         if only is not None:
-            there = [one for one in only if self.sources.file(one) is not None]
-            found = {**self.sources.closure(*there, without=WRITING), **self.depends(name)}
+            usual = self.depends(name)
+            more = [one for one in only if one not in usual and self.sources.file(one) is not None]
+            found = {**self.sources.closure(*more, without=WRITING), **usual}
             return {one: path for one, path in found.items() if path.suffix != ".py" or one in only}
         found = self.sources.closure(self.module(name), without=WRITING)
         data = self._data(found)
@@ -297,9 +298,7 @@ class Pages:
         done = subprocess.run([*command, *WRITTEN], capture_output=True, text=True, check=False)
         return bool(done.stdout.strip()) if done.returncode == 0 else None
 
-    def measure(
-        self, name: str, run: Callable[[Path], Any], command: str, heard: loaded.Heard | None = None
-    ) -> Record:
+    def measure(self, name: str, run: Callable[[Path], Any], command: str, heard: loaded.Heard | None = None) -> Record:
         """Runs a measurement and keeps its record, whole or not at all; what `run` raises is passed on, and then the
         record stays the old one. One that has the machine for itself waits for all others in the tree, and they for
         it; the rest run beside each other. heard: while its module was imported."""
