@@ -90,10 +90,11 @@ def stepped(problem: StripsProblem, state: StripsEquilibrium) -> StripsEquilibri
     bare = problem.with_parts([{"reference": tuple(map(float, turn))} for turn in turns])
     bare = moment.taken_at(bare, state.x)
     held = bare.with_parts([{"touching": part.touching} for part in old.parts])
-    if rubbing.rub(problem.parts[0].walls):
-        return rubbing.increment(held, bare, state)
-    if problem.apart and problem.mu > 0.0:
+    on_walls = rubbing.rub(problem.parts[0].walls)
+    if problem.apart and (on_walls or problem.mu > 0.0):
         return sliding.increment(held, state)
+    if on_walls:
+        return rubbing.increment(held, bare, state)
     return replace(_without_friction(held, bare, state), rubbed=state.rubbed)
 
 
