@@ -275,7 +275,8 @@ def follow(
         if jump and not step > 4.0 * smallest and _keeps(problem):
             new = _landed(problem, state, new, how)
             good = new.status in _GOOD
-        went = good and swept.through(state, new)  # a snap that it looks like is left in the end
+        # a snap that it looks like is left in the end
+        went = good and swept.through(state.problem, state.x, new.problem, new.x)
         jump, least = jump or went, min(smallest, SMALLEST) if went else smallest
         if not good or (jump and step > 4.0 * least and (went or not leave_saddle)):
             log.append(asdict(record_of(target, step, new, False, seconds, jump)))

@@ -176,3 +176,23 @@ def test_a_cylinder_of_large_radius_rubs_as_a_plane() -> None:
     turning = end.start.moment + np.cross(end.joints[0][0], end.start.force) + wall.moment
     turning = turning + sum(np.cross(rub.point, rub.friction) for rub in wall.rubs)
     np.testing.assert_allclose(turning, 0.0, atol=1e-8)
+
+
+def test_a_bar_that_rubs_does_not_go_through_the_strip() -> None:
+    """Lifted by more than it is thick in one increment: the increment is cut, and the strip borne."""
+
+    def at(t: float, friction: float = 0.2) -> Problem:
+        bar = Obstacle("cylinder", (0.0, 0.1 * t - 0.1, 0.5), 0.05, (1.0, 0.0, 0.0), friction=friction)
+        return build(
+            Strip(1.0, 0.05, gamma=6.0), Clamp(), Gravity((0.0, 1.0, 0.0)), walls=[bar], segments=6,
+            energy="sadowsky", formulation="mixed",
+        )  # fmt: skip
+
+    first = at(0.0, 0.0)
+    start = solve_from(first, first.state(np.zeros(7), np.zeros(7)))
+    end = path.follow(at, start, steps=1)
+    assert start.ok
+    assert end.ok
+    assert not end.log[0]["accepted"]
+    assert end.energy.total > start.energy.total + 0.1
+    assert end.walls[0].force[1] > 2.0
