@@ -314,7 +314,7 @@ def _swept(state: Equilibrium, new: Equilibrium) -> bool:
         return False
     from ribbon.find.tubes import swept
 
-    return swept.through(state, new)
+    return swept.through(state.problem, state.x, new.problem, new.x)
 
 
 def _keeps(problem: Problem) -> bool:

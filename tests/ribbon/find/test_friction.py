@@ -205,3 +205,23 @@ def test_friction_on_a_ball_acts_where_the_ball_pushes() -> None:
     assert ball.force / rub.push == pytest.approx(normal, abs=1e-6)
     assert rub.friction @ normal == pytest.approx(0.0, abs=1e-6 * rub.push)
     assert np.linalg.norm(rub.friction) == pytest.approx(0.5 * rub.push, rel=1e-6)
+
+
+def test_a_bar_that_rubs_does_not_go_through_the_strip() -> None:
+    """Lifted by more than it is thick in one increment: the increment is cut, and the strip borne."""
+
+    def at(t: float, friction: float = 0.2) -> Problem:
+        bar = Obstacle("cylinder", (0.0, 0.1 * t - 0.1, 0.5), 0.05, (1.0, 0.0, 0.0), friction=friction)
+        return build(
+            Strip(1.0, 0.05, gamma=6.0), Clamp(), Gravity((0.0, 1.0, 0.0)), walls=[bar], segments=6,
+            energy="sadowsky", formulation="mixed",
+        )  # fmt: skip
+
+    first = at(0.0, 0.0)
+    start = solve_from(first, first.state(np.zeros(7), np.zeros(7)))
+    end = path.follow(at, start, steps=1)
+    assert start.ok
+    assert end.ok
+    assert not end.log[0]["accepted"]
+    assert end.energy.total > start.energy.total + 0.1
+    assert end.walls[0].force[1] > 2.0
