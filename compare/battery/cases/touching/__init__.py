@@ -4,6 +4,6 @@ Judged by surfaces, virtual work, statics and Coulomb's law stated again (`compa
 `compare.measure`), which share nothing with the solvers."""
 
 from compare.battery.case import Case
-from compare.battery.cases.touching import coils, edges, itself, rubbing, strips
+from compare.battery.cases.touching import coils, edges, itself, rubbing, sliding, strips
 
-CASES: tuple[Case, ...] = (*itself.CASES, *coils.CASES, *strips.CASES, *edges.CASES, *rubbing.CASES)
+CASES: tuple[Case, ...] = (*itself.CASES, *coils.CASES, *sliding.CASES, *strips.CASES, *edges.CASES, *rubbing.CASES)
