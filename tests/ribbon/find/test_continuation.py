@@ -194,7 +194,9 @@ def test_where_a_body_is_seen_from_when_it_turns():
         turn = swept.turned(before, after)
         np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-14)
         assert np.arccos(0.5 * (np.trace(turn) - 1.0)) <= 0.5 * np.pi
-        np.testing.assert_allclose(after.gaps(points @ turn.T + after.point), before.gaps(points), atol=1e-14)
+        np.testing.assert_allclose(
+            after.gaps(points @ turn.T + np.asarray(after.point)), before.gaps(points), atol=1e-14
+        )
     frames = (((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), ((0.0, -0.6, 0.8), (-1.0, 0.0, 0.0)))
     boxes = [Solid("box", (0.0, 0.0, 0.0), 0.01, axis, normal=n, size=(0.2, 0.5, 0.9)) for axis, n in frames]
     np.testing.assert_allclose(boxes[1].gaps(points @ swept.turned(*boxes).T), boxes[0].gaps(points), atol=1e-14)
