@@ -33,10 +33,16 @@ TOLERANCE, DEPTH = 1e-6, 0.3e-6
 #: Widths (of the wider strip) along both strips from a joint that joins them, within which they are not looked at.
 BESIDE = 3.0
 #: How far a place may go in a step, over the distance to be kept; steps between two looks; looks.
-_TRAVEL, _STEPS, _LOOKS = 0.125, 3, 300
+_TRAVEL, _STEPS, _LOOKS = 0.125, 3, 1200
+#: How far (l_0) it may go at the most where nothing could meet before the next look.
+_FARTHEST = 0.01
+#: Places of a segment that are looked at for how far it went.
+_LOOKED = 8
 _MOST = 64
 #: Depth over the distance to be kept from which strips may have gone through each other, and nothing brings them back.
 _THROUGH = 0.6
+#: The same from which a look is gone again with steps half as long, and the shortest, over the first ones.
+_DEEP, _SHORTEST = 0.1, 1e-2
 #: Rounds of the exchange at an equilibrium, and iterations of each.
 _ROUNDS, _WARM = 25, 150
 #: Push (D_0 w_0 / l_0^2) of a pair that is let go, and part of the largest one.
@@ -290,22 +296,33 @@ def rows_of(old: StripsProblem, fresh: StripsProblem, point: Minimum) -> FloatAr
 def downhill(problem: StripsProblem, x: FloatArray) -> tuple[StripsProblem, Minimum]:
     """The problem with the pairs of places that its equilibrium needs, and the equilibrium downhill of the unknowns x
     (n,), without strips that pass through each other; one that has not arrived where none is found."""
-    travel = _TRAVEL * problem.apart
-    limits = problem.limits(travel)
-    chosen: dict[str, float] = {"mu_init": 1e-5, "travel": travel, "max_iter": _STEPS}
+    far, shorter, before = _TRAVEL * problem.apart, 1.0, None
+    chosen: dict[str, float] = {"mu_init": 1e-5, "max_iter": _STEPS}
     point: Minimum | None = None
     iterations, seconds = 0, 0.0
     for _ in range(_LOOKS):
-        near = minima(problem, x, 2.0 * _TRAVEL * problem.apart * _STEPS)
+        travel, free, near = _ahead(problem, x, far)
+        if near and near[0][0] < -_DEEP * problem.apart and before is not None and shorter > _SHORTEST:
+            (problem, x, point), before, shorter = before, None, 0.5 * shorter  # with shorter steps
+            chosen["max_iter"] = _STEPS
+            continue
         if near and near[0][0] < -_THROUGH * problem.apart:  # they may come out on the other side
             return problem, replace(point or newton_rows.minimise(problem, x, {"max_iter": 0}), residual=np.inf)
+        travel *= shorter
+        chosen["travel"], limits = travel, problem.limits(travel)
         fresh = problem.with_changes(touching=around(problem, [touch for _, touch in near]))
         warm = None if point is None else (rows_of(problem, fresh, point), point.multipliers)
-        point = newton_rows.minimise(fresh, x, chosen, None, warm)
-        iterations, seconds = iterations + point.iterations, seconds + point.seconds
+        went = newton_rows.minimise(fresh, x, chosen, None, warm)
+        iterations, seconds = iterations + went.iterations, seconds + went.seconds
+        if travel > _TRAVEL * problem.apart and _farthest(problem, x, went.x) > free:
+            far, chosen["max_iter"] = 0.25 * travel, _STEPS
+            continue
+        before, point = (problem, x, point), went
         moved = float((np.abs(point.x - x) / limits).max())  # of a step's length
         problem, x = fresh, point.x
         chosen["max_iter"] = _STEPS if moved > 1.0 else min(2 * int(chosen["max_iter"]), _MOST)
+        far = min(2.0 * travel, _FARTHEST) if moved > 1.0 else travel
+        shorter = min(1.0, 1.2 * shorter)
         if point.finished or point.residual <= RESIDUAL_TOLERANCE or spent() or not np.all(np.isfinite(x)):
             break
         if point.code not in (newton_rows.SOLVED, newton_rows.MOST):
@@ -314,6 +331,30 @@ def downhill(problem: StripsProblem, x: FloatArray) -> tuple[StripsProblem, Mini
     if point is None:
         point = newton_rows.minimise(problem, x, chosen)
     return problem, replace(point, iterations=iterations, seconds=seconds)
+
+
+def _ahead(problem: StripsProblem, x: FloatArray, far: float) -> tuple[float, float, list[tuple[float, Touching]]]:
+    """How far (l_0) a place may go in a step from the unknowns x (n,), how far the two strips that go farthest may go
+    together before any two meet, and the pairs of places that could meet before the next look. A step is `far` where
+    none could, else as far as the nearest are from meeting, and a part of the distance that they keep where they are
+    nearer than that."""
+    least = _TRAVEL * problem.apart
+    far = max(far, least)
+    near = minima(problem, x, 2.0 * far * _STEPS)
+    free = near[0][0] if near else 2.0 * far * _STEPS
+    travel = max(least, min(far, free / (2.0 * _STEPS)))
+    return travel, free, [each for each in near if each[0] <= 2.0 * travel * _STEPS]
+
+
+def _farthest(problem: StripsProblem, x: FloatArray, other: FloatArray) -> float:
+    """How far (l_0) places of the two strips that go farthest go together from the unknowns x to `other` (n,)."""
+    went = []
+    for k, part in enumerate(problem.parts):
+        s = np.linspace(0.0, 1.0, _LOOKED * part.lengths.size + 1)
+        begin, end = (nearness.shape(part, problem.own(each, k), s) for each in (x, other))
+        edges = [end.r - begin.r + side * part.half_width * (end.ruling - begin.ruling) for side in (-1.0, 1.0)]
+        went.append(problem.lengths_over[k] * max(float(np.linalg.norm(edge, axis=1).max()) for edge in edges))
+    return sum(sorted(went)[-2:])
 
 
 def kept(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimum, float | None]:

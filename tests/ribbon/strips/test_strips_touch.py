@@ -129,6 +129,21 @@ def test_the_nearest_places_of_two_strips_are_found_and_slide_onto_them():
     assert not touch.minima(problem, x, 0.01)
 
 
+def test_strips_kept_a_hair_apart_meet_from_far_above():
+    """They fall fifty times the distance that they keep: their push tends to that of strips kept farther apart, from
+    as high above what they keep, linearly in the distance."""
+    pushes = {}
+    for kept in (1e-3, 4e-3, 1e-2):
+        found = strips.solve(cantilevers(0.8, 0.1 + kept - APART, 3.0, 8, 0.03), (), UP, "kirchhoff", kept)
+        assert found.ok
+        assert found.depth <= touch.TOLERANCE
+        assert len(found.touching) == 1
+        pushes[kept] = on_high(found)
+    between = pushes[1e-3] + (pushes[1e-2] - pushes[1e-3]) * 3.0 / 9.0
+    assert pushes[4e-3] == pytest.approx(between, abs=1e-5)
+    assert pushes[1e-3][2] > 0.4
+
+
 def test_strips_that_begin_through_each_other_are_refused_with_the_place():
     with pytest.raises(RibbonInputError, match=r"low at s = .* high at s = .*nearer than they are kept"):
         strips.solve(cantilevers(0.9, -0.01, 1.0, 5), (), UP, "kirchhoff", APART)
