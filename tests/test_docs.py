@@ -128,7 +128,7 @@ def test_the_page_of_explain_shows_what_is_said(tmp_path, monkeypatch, capsys):
         assert len(row) == 6
         assert row[:5] in [one[:5] for one in rows], row[0]
     flat, text = " ".join(said.split()), " ".join(block.text.split())
-    first = text[text.index(" of 16 effects") : text.index(": good.")]
+    first = text[text.index(" of 17 effects") : text.index(": good.")]
     assert first in flat
     assert text[text.index("- Third opinion") :] in flat
 

@@ -29,6 +29,8 @@ SYSTEM = tuple(
     f"{os.path.realpath(place)}/"
     for place in (sys.prefix, sys.base_prefix, "/usr", "/etc", "/proc", "/sys", "/dev", "/run")
 )
+#: What multiprocessing loads with its first worker, of every kind; those that are spawned raise no event.
+_WORKERS = "multiprocessing.popen_fork"
 _STARTS = {"os.fork", "os.forkpty", "os.exec", "os.spawn", "os.system", "pty.spawn"}
 _PROGRAMS = {"subprocess.Popen", "os.posix_spawn"}
 _EVENTS = frozenset({"import", "open", "os.rename", "os.link", "sqlite3.connect", *_STARTS, *_PROGRAMS})
@@ -44,6 +46,7 @@ class Heard:
         self.started: dict[str, None] = {}
         self.opened: dict[str, None] = {}
         self._own: set[str] = set()
+        self._before = _WORKERS in sys.modules
 
     def __call__(self, event: str, arguments: tuple[Any, ...]) -> None:
         """An audit event."""
@@ -82,7 +85,7 @@ class Heard:
         that are in the key."""
         allowed = {os.path.realpath(path) for path in known}
         read = [path for path in self.opened if path not in allowed]
-        if self.started or "multiprocessing.popen_fork" in sys.modules:
+        if self.started or (_WORKERS in sys.modules and not self._before):
             return f"it started {next(iter(self.started), 'workers')}"
         if read:
             path = Path(read[0])
