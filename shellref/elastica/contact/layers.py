@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from ribbonbench import clock
 from shellref.elastica.contact.barrier import Barrier
+from shellref.elastica.contact.near import finer
 from shellref.elastica.contact.places import Moving
 from shellref.elastica.contact.rows import Beside, Pair, Row
 from shellref.elastica.contact.stations import Gaps, Stations, beside, openings, slid
@@ -114,7 +115,8 @@ class Layers:
     def _sags(self, z: Array) -> Array:
         """Places (k,) between those that have rows, the deepest of each stretch that is too near."""
         moving = Moving(self.system.discrete, self.degree, z[: self.system.count])
-        inner = (self._places[:-1, None] + np.diff(self._places)[:, None] * np.arange(1, 8) / 8.0).ravel()
+        places = finer(moving, self._places)
+        inner = (places[:-1, None] + np.diff(places)[:, None] * np.arange(1, 8) / 8.0).ravel()
         every = np.union1d(self._places[[0, -1]], inner)
         near = beside(moving, every, self._nodes, self.problem.apart, self._barriers, 1e-3)
         gap = openings(moving, near, self.problem.apart or 0.0, self._barriers)

@@ -30,6 +30,8 @@ TOO_NEAR, LOST = 2e-7, 0.15
 SAMPLES, APART, MOST = 4, 1.5, 12
 #: Depth (l) that a contact at a joint may leave between joints; sharper ones slide.
 BLUNT = 1e-6
+#: Turn (rad) between two places that are looked at last, when it is said how near parts are.
+FINE = 0.05
 #: Turn (rad) from which parts of the strip face each other, of places inside.
 FACING = 2.0
 
@@ -48,6 +50,15 @@ def samples(nodes: Array) -> Array:
     """Abscissae that are looked at (k,)."""
     inner = nodes[:-1, None] + np.diff(nodes)[:, None] * np.arange(SAMPLES) / SAMPLES
     return np.append(inner.ravel(), 1.0)
+
+
+def finer(moving: Moving, places: Array) -> Array:
+    """Places (k,) with more between them, equally many in all, so that the strip turns by at most `FINE` times
+    `SAMPLES` from one to the next."""
+    theta = moving.shape(places)[0]
+    cuts = max(1, math.ceil(float(np.abs(np.diff(theta)).max(initial=0.0)) / (SAMPLES * FINE)))
+    inner = places[:-1, None] + np.diff(places)[:, None] * np.arange(cuts) / cuts
+    return np.append(inner.ravel(), places[-1])
 
 
 def too_near(

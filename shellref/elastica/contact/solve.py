@@ -20,7 +20,7 @@ import numpy as np
 import scipy.sparse
 
 from ribbonbench import clock
-from shellref.elastica.contact.near import TOO_NEAR, alike, beside, samples, settled, too_near
+from shellref.elastica.contact.near import TOO_NEAR, alike, beside, finer, samples, settled, too_near
 from shellref.elastica.contact.places import Moving
 from shellref.elastica.contact.rows import Beside, Gap, Row, evaluated, slid
 from shellref.elastica.problem import Array
@@ -277,7 +277,8 @@ class Contact:
         """How far (l) any place of the strip is nearer than it may be."""
         problem = self.system.way.at(state.t)
         moving = self.moving(state.z)
-        near = too_near(moving, self._nodes, problem.apart, problem.barriers, moving, -1e-14)
+        nodes = finer(moving, self._nodes)
+        near = too_near(moving, nodes, problem.apart, problem.barriers, moving, -1e-14)
         return max((-gap.gap for gap in near), default=0.0)
 
 

@@ -23,11 +23,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from shellref.elastica.contact.barrier import Barrier
+from shellref.elastica.contact.near import finer, samples
 from shellref.elastica.contact.places import Moving, Places
 from shellref.elastica.problem import Array
 
-#: Turn (rad) from which parts of the strip face each other; samples of an element in which feet are looked for.
-FACING, SAMPLES = 2.0, 4
+#: Turn (rad) from which parts of the strip face each other.
+FACING = 2.0
 #: Newton steps of a foot, the last one's size and the longest (l).
 _STEPS, _FOUND, _STRIDE = 30, 1e-13, 0.02
 
@@ -67,7 +68,7 @@ def beside(
         near = np.flatnonzero(barrier.gaps(r) < reach)
         found += [(float(places[i]), 0.0, 1.0, number) for i in near]
     if apart is not None:
-        s = np.append((nodes[:-1, None] + np.diff(nodes)[:, None] * np.arange(SAMPLES) / SAMPLES).ravel(), 1.0)
+        s = samples(finer(moving, nodes))
         angle, _, place = moving.shape(s)
         t = np.stack([np.cos(angle), np.sin(angle)], axis=1)
         n = np.stack([-t[:, 1], t[:, 0]], axis=1)

@@ -25,7 +25,7 @@ COILS = {
     10.5: (0.0008, 80.0, 420),
 }
 #: Turns and elements of a coil with so many places at the least; thickness and curvature as above.
-PLACES = {1: (1.05, 20), 10: (2.5, 20), 100: (5.5, 90), 400: (10.5, 500)}
+PLACES = {1: (1.05, 20), 4: (1.5, 6), 10: (2.5, 20), 100: (5.5, 90), 400: (10.5, 500)}
 #: Nearer than layers are kept (l), push times gap (D w / l), what is left of virtual work over the largest push.
 _CLOSEST, _COMPLEMENTARY, _BALANCED = 1e-6, 1e-8, 1e-8
 #: Push aside of the line between its places, over the largest.
@@ -139,7 +139,7 @@ CASES: tuple[Case, ...] = (
         _HELD + "pushes balance what bends it (virtual work)",
         "places, at the least",
         _places,
-        (1, 10),
+        (1, 4, 10),
         (100, 400),
     ),
 )

@@ -101,7 +101,16 @@ _EXPECTED = (
 _EXPECTED += "that are mirror images are; nowhere nearer than 0.02 l; pushes times gaps vanish; virtual work balances"
 
 CASES: tuple[Case, ...] = (
-    Case("touching/sliding", _HARD + "ever finer", _EXPECTED, "increments", _increments, (16,), (32, 64, 128)),
+    Case(
+        "touching/sliding",
+        _HARD + "ever finer",
+        _EXPECTED,
+        "increments",
+        _increments,
+        (8, 16),
+        (32, 64, 128),
+        known={8: "an increment is cut: the end goes by 0.03 l in one, and the places by more than half a segment"},
+    ),
     Case(
         "touching/sliding_joints", _HARD + "ever more of them", _EXPECTED, "segments", _segments, (20,), (40, 80, 160)
     ),
