@@ -19,16 +19,18 @@ LEAST_ORDER, MOST_ORDER = 0.5, 2.0
 @dataclass(frozen=True)
 class Limit:
     """value: estimate of the limit; error: of its distance from it, the last step where no order is observed; order:
-    the observed one, None: none."""
+    the observed one, None: none; stray: more than two numbers, which tend nowhere."""
 
     value: float
     error: float
     order: float | None
+    stray: bool = False
 
     @property
     def signed(self) -> bool:
-        """Whether the limit's sign is known: it is further from zero than its error."""
-        return abs(self.value) > self.error
+        """Whether the limit's sign is known: it is further from zero than its error; than twice that where numbers
+        tend nowhere, since one that has just left zero is as far from it as its last step."""
+        return abs(self.value) > (2.0 * self.error if self.stray else self.error)
 
 
 def limit_of(values: Sequence[float]) -> Limit | None:
@@ -43,4 +45,4 @@ def limit_of(values: Sequence[float]) -> Limit | None:
             order = min(order, MOST_ORDER)
             left = last / (2.0**order - 1.0)
             return Limit(values[-1] + left, abs(left), order)
-    return Limit(values[-1], abs(last), None)
+    return Limit(values[-1], abs(last), None, len(values) > 2)

@@ -32,3 +32,10 @@ def test_one_number_has_no_limit_and_the_same_number_is_its_own():
     assert limit_of([1.0, 1.0, 1.0]).error == 0.0
     assert limit_of([0.1, 0.05]).signed is False
     assert limit_of([0.1, 0.08, 0.075]).signed
+
+
+def test_the_sign_of_a_number_that_has_just_left_zero_is_not_known():
+    """Eigenvalues of a ring that slides and turns for nothing on a floor, of 80, 160 and 320 segments."""
+    assert not limit_of([-1.1e-8, -2.2e-8, -8.183e-6]).signed
+    assert limit_of([-1.1e-3, -1.0e-3]).signed
+    assert limit_of([-0.9e-3, -1.1e-3, -1.15e-3]).signed
