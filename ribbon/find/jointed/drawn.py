@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ribbon.errors import RibbonInputError
 from ribbon.find import snap
-from ribbon.find.jointed import polygon, rounds
+from ribbon.find.jointed import framed, polygon, rounds
 from ribbon.find.jointed import touching as touch
 from ribbon.find.jointed.path import refined
 from ribbon.find.jointed.rounds import Jointed, settled
@@ -30,6 +30,7 @@ from ribbon.find.seeds import joints
 from ribbon.find.solving import search
 from ribbon.find.solving.assemble import assembled
 from ribbon.find.solving.request import How, Progress, Request
+from ribbon.problems.alike import ring
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.transfer import transferred
 from ribbon.result import Equilibrium, Status
@@ -71,19 +72,27 @@ def unknowns(problem: MixedProblem, curve: ArrayLike) -> FloatArray:
         )
     ends = ends_of(problem)
     points = np.asarray(curve, dtype=float)
-    frame, clear = np.asarray(problem.start.frame), CLEAR * (problem.apart or _THIN)  # type: ignore[union-attr]
+    frame, clear = np.asarray(problem.start.frame), CLEAR * _kept_apart(problem)  # type: ignore[union-attr]
     if problem.spins and rounds.is_ring(problem):
         smooth = _turned(_seamed(polygon.relaxed(points, clear, EDGES).points, ends), ends, frame[:, 1])
     else:
         smooth = polygon.relaxed(points, clear, EDGES, ends).points
         smooth = _turned(smooth, ends, frame[:, 1]) if problem.spins else smooth
-    s = joints(problem.lengths)
+    held, s = np.asarray(problem.end.frame)[:, 1], joints(problem.lengths)  # type: ignore[union-attr]
     one, other, arrives, _ = polygon.fields(smooth, s, ends, frame[:, 1])
-    held = np.asarray(problem.end.frame)[:, 1]  # type: ignore[union-attr]
     angle = float(np.arctan2(np.cross(arrives, held) @ ends.arrives, arrives @ held))
-    turned = angle * s
+    turned, twist = angle * s, np.full(s.size, angle)
+    if not ring.bends_alike(problem.fields):
+        even = np.linspace(0.0, 1.0, framed.PIECES + 1)
+        phi = framed.turned(problem.fields, *polygon.fields(smooth, even, ends, frame[:, 1])[:2], angle)
+        turned, twist = np.interp(s, even, phi), np.interp(s, even, np.gradient(phi, even))
     omega = -(one * np.cos(turned) - other * np.sin(turned))
-    return problem.state(omega, np.full(s.size, angle), other * np.cos(turned) + one * np.sin(turned))
+    return problem.state(omega, twist, other * np.cos(turned) + one * np.sin(turned))
+
+
+def _kept_apart(problem: MixedProblem) -> float:
+    """How far (l) centrelines are from each other where strips that keep `apart` clear each other however they turn."""
+    return float(np.hypot(2.0 * problem.reach, problem.apart)) if problem.apart else _THIN
 
 
 def _turned(points: FloatArray, ends: polygon.Ends, normal: FloatArray) -> FloatArray:
