@@ -77,6 +77,17 @@ def refused(folder, points, **keys):
     return of_a_curve(scene.replace({"seed.curve": points.tolist(), **keys}))
 
 
+def test_a_ring_is_near_itself_at_its_seam_and_nowhere_else(folder):
+    """Both clamps at one place: its seam is no fault; a trefoil whose strands are nearer than they are kept is one."""
+    ring = {"clamp.end.position": [0.0, 0.0, 0.0]}
+    for radius, near in ((0.2, False), (0.05, True)):
+        points = 2.0 * polygon.trefoil(radius)
+        turn = polygon.onto((points[1] - points[0]) / np.linalg.norm(points[1] - points[0]), np.array([0.0, 0.0, 1.0]))
+        fault = refused(folder, (points - points[0]) @ turn.T, **ring)
+        assert (fault is not None) == near
+        assert fault is None or "from itself at s" in fault.problem
+
+
 def test_a_curve_that_comes_near_itself_is_refused_with_the_place(folder):
     """The strands of the knot, where parts keep more than they are apart; it is right where they keep less."""
     found = refused(folder, drawn(), **{"contact.distance": 0.15})
