@@ -12,6 +12,7 @@ from compare.models.ribbon.model import RibbonModel
 from compare.scene.scene import load, loads
 from ribbon.find.jointed import polygon
 from ribbonbench.errors import BadInput
+from tests.docs_blocks import DOCS, blocks
 
 ROD = """
 [strip]
@@ -86,6 +87,12 @@ def test_a_ring_is_near_itself_at_its_seam_and_nowhere_else(folder):
         fault = refused(folder, (points - points[0]) @ turn.T, **ring)
         assert (fault is not None) == near
         assert fault is None or "from itself at s" in fault.problem
+
+
+@pytest.mark.parametrize("name", ["trefoil.toml", "plectoneme.toml"])
+def test_the_documented_knots_are_not_refused(name):
+    (block,) = [block for block in blocks((DOCS / "scenes.md").read_text()) if block.file == name]
+    assert RibbonModel().refusal(loads(block.text, name)) is None
 
 
 def test_a_curve_that_comes_near_itself_is_refused_with_the_place(folder):
