@@ -91,7 +91,8 @@ def fault(scene: SceneData) -> BadInput | None:
     if scene.apart is None:
         return None
     first, last = scene.clamp_start, scene.clamp_end
-    return _near(given, scene.apart * length, first is not None and last is not None and first.position == last.position)
+    ring = first is not None and last is not None and first.position == last.position
+    return _near(given, scene.apart * length, ring)
 
 
 def _bad(problem: str, remedy: str) -> BadInput:

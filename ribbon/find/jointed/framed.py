@@ -1,16 +1,16 @@
 """How a strip's frame turns along a curve that is given, held at both ends: to where bending and twist cost least.
 
-Of the curvature vector's parts k_1, k_2 in a frame that is carried without twist, one turned on by phi about the tangent
-has omega = -(k_1 cos phi - k_2 sin phi) and kappa_2 = k_2 cos phi + k_1 sin phi, and
+Of the curvature vector's parts k_1, k_2 in a frame that is carried without twist, one turned on by phi about the
+tangent has omega = -(k_1 cos phi - k_2 sin phi) and kappa_2 = k_2 cos phi + k_1 sin phi, and
 
     E[phi] = int (b omega^2 + a kappa_2^2 + c phi'^2) / 2 ds ,   dE/dphi = (b - a) omega kappa_2 - c phi''
 
-with the stiffnesses of a rectangle's bending, of bending in its plane, and of torsion (docs/theory.md, eqs. (10.5) and
-(10.18)); shapes at rest other than flat are left out. A strip much wider than thick hardly bends in its plane, so that a
+with the stiffnesses of a rectangle's bending, of bending in its plane, and of torsion (docs/theory.md, eqs. (10.5)
+and (10.18)); shapes at rest other than flat are left out. A strip much wider than thick hardly bends in its plane: a
 constant twist costs (w / h)^2 times as much as it has to. What the ends are turned against each other stays, and with
-it the link. A normal that is half a turn over costs no more, so that there are many minima, of which most have it turn over
-where the curve is bent most: the least is looked for among angles of a grid, piece by piece (R. Bellman 1957, Dynamic
-Programming), and made exact by L-BFGS.
+it the link. A normal that is half a turn over costs no more, so that there are many minima, of which most have it turn
+over where the curve is bent most: the least is looked for among angles of a grid, piece by piece (R. Bellman 1957,
+Dynamic Programming), and made exact by L-BFGS.
 """
 
 from __future__ import annotations

@@ -48,8 +48,9 @@ def test_a_strip_on_an_arc_on_edge_turns_flat_beside_its_ends():
 
 
 def test_a_normal_turns_over_beside_a_bend_and_not_in_it():
-    """Ends half a turn against each other, a bend halfway: a constant twist has the strip on edge in it, and by symmetry
-    a search from there ends with all of its turn in the bend; beside it that costs c pi^2 / (2 L) on a length L."""
+    """Ends half a turn against each other, a bend halfway: a constant twist has the strip on edge in it, and by
+    symmetry a search from there ends with all of its turn in the bend; beside it that costs c pi^2 / (2 L) on a length
+    L."""
     fields = strip()
     s = np.linspace(0.0, 1.0, framed.PIECES + 1)
     bend = 12.0 * np.exp(-(((s - 0.5) / 0.1) ** 2))
