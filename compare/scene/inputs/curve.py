@@ -88,7 +88,11 @@ def fault(scene: SceneData) -> BadInput | None:
             f"is {long:.4g} long, strip.length is {length:.4g}",
             f"draw it to {100 * LONGER:g} %, or scale it between its ends",
         )
-    return None if scene.apart is None else _near(given, scene.apart * length)
+    if scene.apart is None:
+        return None
+    first, last = scene.clamp_start, scene.clamp_end
+    ring = first is not None and last is not None and first.position == last.position
+    return _near(given, scene.apart * length, ring)
 
 
 def _bad(problem: str, remedy: str) -> BadInput:
@@ -107,13 +111,14 @@ def _length(points: NDArray[np.float64]) -> float:
     return float(np.linalg.norm(np.diff(_smooth(points, 8 * _LOOKS), axis=0), axis=1).sum())
 
 
-def _near(points: NDArray[np.float64], distance: float) -> BadInput | None:
-    """A curve nearer to itself than `distance` somewhere, more than `_ALONG` times that from there along it: bends that
-    are tighter are made wider."""
+def _near(points: NDArray[np.float64], distance: float, ring: bool) -> BadInput | None:
+    """A curve nearer to itself than `distance` somewhere, more than `_ALONG` times that from there along it, of a ring
+    across its seam too: bends that are tighter are made wider."""
     fine = _smooth(points, _LOOKS)
     s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
     gap = np.linalg.norm(fine[:, None] - fine[None], axis=2)
-    gap[np.abs(s[:, None] - s[None]) < _ALONG * distance] = np.inf
+    along = np.abs(s[:, None] - s[None])
+    gap[(np.minimum(along, s[-1] - along) if ring else along) < _ALONG * distance] = np.inf
     i, j = np.unravel_index(int(np.argmin(gap)), gap.shape)
     if gap[i, j] >= distance:
         return None

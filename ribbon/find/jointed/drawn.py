@@ -8,7 +8,8 @@ carried normal w and its cross product with the tangent have the curvature vecto
     omega = -(k_1 cos phi - k_2 sin phi) ,   kappa_2 = k_2 cos phi + k_1 sin phi ,
 
 since t_z' = -omega t_y + kappa_2 t_x, t_x = t_y x t_z. A rod that may turn about the axis of its clamps for nothing
-begins turned to where its row holds it (`ribbon.problems.alike`): turned there by a search it loses its shape.
+begins turned to where its row holds it (`ribbon.problems.alike`): turned there by a search it loses its shape. A ring
+that may slide along itself too begins with its seam where the second row holds it, whichever place was drawn first.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ribbon.errors import RibbonInputError
 from ribbon.find import snap
-from ribbon.find.jointed import polygon, rounds
+from ribbon.find.jointed import framed, polygon, rounds
 from ribbon.find.jointed import touching as touch
 from ribbon.find.jointed.path import refined
 from ribbon.find.jointed.rounds import Jointed, settled
@@ -29,6 +30,7 @@ from ribbon.find.seeds import joints
 from ribbon.find.solving import search
 from ribbon.find.solving.assemble import assembled
 from ribbon.find.solving.request import How, Progress, Request
+from ribbon.problems.alike import ring
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.transfer import transferred
 from ribbon.result import Equilibrium, Status
@@ -70,17 +72,27 @@ def unknowns(problem: MixedProblem, curve: ArrayLike) -> FloatArray:
         )
     ends = ends_of(problem)
     points = np.asarray(curve, dtype=float)
-    smooth = polygon.relaxed(points, CLEAR * (problem.apart or _THIN), EDGES, ends).points
-    frame = np.asarray(problem.start.frame)  # type: ignore[union-attr]
-    if problem.spins:
-        smooth = _turned(smooth, ends, frame[:, 1])
-    s = joints(problem.lengths)
+    frame, clear = np.asarray(problem.start.frame), CLEAR * _kept_apart(problem)  # type: ignore[union-attr]
+    if problem.spins and rounds.is_ring(problem):
+        smooth = _turned(_seamed(polygon.relaxed(points, clear, EDGES).points, ends), ends, frame[:, 1])
+    else:
+        smooth = polygon.relaxed(points, clear, EDGES, ends).points
+        smooth = _turned(smooth, ends, frame[:, 1]) if problem.spins else smooth
+    held, s = np.asarray(problem.end.frame)[:, 1], joints(problem.lengths)  # type: ignore[union-attr]
     one, other, arrives, _ = polygon.fields(smooth, s, ends, frame[:, 1])
-    held = np.asarray(problem.end.frame)[:, 1]  # type: ignore[union-attr]
     angle = float(np.arctan2(np.cross(arrives, held) @ ends.arrives, arrives @ held))
-    turned = angle * s
+    turned, twist = angle * s, np.full(s.size, angle)
+    if not ring.bends_alike(problem.fields):
+        even = np.linspace(0.0, 1.0, framed.PIECES + 1)
+        phi = framed.turned(problem.fields, *polygon.fields(smooth, even, ends, frame[:, 1])[:2], angle)
+        turned, twist = np.interp(s, even, phi), np.interp(s, even, np.gradient(phi, even))
     omega = -(one * np.cos(turned) - other * np.sin(turned))
-    return problem.state(omega, np.full(s.size, angle), other * np.cos(turned) + one * np.sin(turned))
+    return problem.state(omega, twist, other * np.cos(turned) + one * np.sin(turned))
+
+
+def _kept_apart(problem: MixedProblem) -> float:
+    """How far (l) centrelines are from each other where strips that keep `apart` clear each other however they turn."""
+    return float(np.hypot(2.0 * problem.reach, problem.apart)) if problem.apart else _THIN
 
 
 def _turned(points: FloatArray, ends: polygon.Ends, normal: FloatArray) -> FloatArray:
@@ -96,6 +108,27 @@ def _turned(points: FloatArray, ends: polygon.Ends, normal: FloatArray) -> Float
     angle = np.arctan2(aside, out)
     angle -= np.pi * np.round(angle / np.pi)
     return np.asarray(Rotation.from_rotvec(-angle * axis).apply(points - ends.first) + ends.first)
+
+
+def _seamed(points: FloatArray, ends: polygon.Ends) -> FloatArray:
+    """A closed curve, points (k, 3), moved and turned to begin at the ends' one place, along them, at that of its
+    places, the nearest to where it began, from which the way to the place halfway round is across it."""
+    from scipy.optimize import brentq
+
+    spline = polygon.smooth_ring(points)
+
+    def along(s: float) -> float:
+        return float((spline((s + 0.5) % 1.0) - spline(s % 1.0)) @ spline(s % 1.0, 1))
+
+    at = (np.arange(points.shape[0]) - points.shape[0] // 2) / (points.shape[0] - 1)
+    value = np.array([along(s) for s in at])
+    inside = np.nonzero(value[1:] * value[:-1] <= 0.0)[0]
+    seam = min((brentq(along, at[k], at[k + 1]) for k in inside), key=abs, default=0.0)
+    found = np.asarray(spline((seam + np.linspace(0.0, 1.0, points.shape[0])) % 1.0))
+    found[-1] = found[0]
+    tangent = np.asarray(spline(seam % 1.0, 1))
+    turn = polygon.onto(tangent / np.linalg.norm(tangent), ends.leaves)
+    return np.asarray((found - found[0]) @ turn.T + ends.first)
 
 
 def solved(

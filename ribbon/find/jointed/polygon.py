@@ -100,8 +100,8 @@ def relaxed(points: FloatArray, diameter: float, edges: int, ends: Ends | None =
         x += (1.0 - share) * (ends.first - x[0]) + share * (ends.last - x[-1])
     h, free = 1.0 / edges, edges if closed else edges + 1
     i, j = np.triu_indices(free, int(np.ceil(0.5 * np.pi * diameter / h)) + 1)
-    if closed:
-        near = free - (j - i) > 0.5 * np.pi * diameter / h
+    if closed or np.allclose(ends.first, ends.last, atol=1e-12):  # type: ignore[union-attr]
+        near = edges - (j - i) > 0.5 * np.pi * diameter / h
         i, j = i[near], j[near]
     stiff = _SPRING * h * h / diameter
 
@@ -166,7 +166,7 @@ def fields(
     d = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     fine = np.linspace(0.0, d[-1], 6001)
     if ends is None:
-        spline = scipy.interpolate.make_interp_spline(d, np.vstack([points[:-1], points[:1]]), k=5, bc_type="periodic")
+        spline = smooth_ring(points, d)
     else:
         along = tuple([(1, tangent), (2, np.zeros(3))] for tangent in (ends.leaves, ends.arrives))
         spline = scipy.interpolate.make_interp_spline(d, points, k=5, bc_type=along)
@@ -174,7 +174,7 @@ def fields(
     speed = np.linalg.norm(first, axis=1)
     u = first / speed[:, None]
     if ends is None:
-        turn = _onto(u[0], np.array([0.0, 0.0, 1.0]))
+        turn = onto(u[0], np.array([0.0, 0.0, 1.0]))
         r, u, second = r @ turn.T, u @ turn.T, second @ turn.T
     bend = (second - np.einsum("ki,ki->k", second, u)[:, None] * u) / speed[:, None] ** 2
     s = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(fine))])
@@ -183,6 +183,15 @@ def fields(
     where = s / s[-1]
     places = np.stack([np.interp(at, where, (r[:, k] - r[0, k]) / s[-1]) for k in range(3)], axis=1)
     return np.interp(at, where, parts[0]), np.interp(at, where, parts[1]), w[-1], places
+
+
+def smooth_ring(points: FloatArray, d: FloatArray | None = None) -> scipy.interpolate.BSpline:
+    """A closed curve through points (k, 3), the last of them the first, of d (k,), None: of how far it is from the
+    first along the polygon, over the whole."""
+    if d is None:
+        d = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+        d = d / d[-1]
+    return scipy.interpolate.make_interp_spline(d, np.vstack([points[:-1], points[:1]]), k=5, bc_type="periodic")
 
 
 def _carried(normal: FloatArray, r: FloatArray, u: FloatArray) -> FloatArray:
@@ -246,8 +255,11 @@ def _even(points: FloatArray, edges: int, ends: Ends | None) -> FloatArray:
     return np.asarray(spline(np.interp(np.linspace(0.0, s[-1], edges + 1), s, t))) / s[-1]
 
 
-def _onto(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The rotation (3, 3) that takes the unit vector a to b, not opposite, about their normal."""
+def onto(a: FloatArray, b: FloatArray) -> FloatArray:
+    """The rotation (3, 3) that takes the unit vector a to b about their normal, any of them where they are opposite."""
+    if a @ b < -1.0 + 1e-12:
+        one = np.cross(a, np.eye(3)[int(np.argmin(np.abs(a)))])
+        return np.asarray(2.0 * np.outer(one, one) / (one @ one) - np.eye(3))
     v = np.cross(a, b)
     cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
     return np.asarray(np.eye(3) + cross + cross @ cross / (1.0 + a @ b))

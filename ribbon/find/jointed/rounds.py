@@ -100,11 +100,21 @@ def begun(state: Equilibrium) -> Touching:
         s, other, force = (
             np.array(v) for v in zip(*((stay[k][0].s, stay[k][0].s_other, stay[k][1]) for k in run), strict=True)
         )
-        if s.size > 2:
+        if s.size > 2 and s[0] == 0.0 and abs(s[-1] - other[0]) < _SHORT / problem.lengths.size and is_ring(problem):
+            lines.append(_closed(s, other))
+        elif s.size > 2:
             lines.append(Line(float(s[0]), float(s[-1]), tuple(map(float, other))))
         else:
             places.append((float(s @ force / force.sum()), float(other @ force / force.sum())))
     return Touching(tuple(places), tuple(lines))
+
+
+def _closed(s: FloatArray, other: FloatArray) -> Line:
+    """The line without ends of a ring that touches itself all along, of its stations s (k,) and what faces them (k,):
+    the last is the first one again, its strands exchanged."""
+    stations = np.linspace(0.0, other[0], s.size)
+    facing = np.interp(stations, np.append(s[:-1], other[0]), np.append(other[:-1], 1.0))
+    return Line(0.0, float(other[0]), tuple(map(float, facing)), True)
 
 
 def settled(problem: MixedProblem, old: Jointed, how: How | None = None) -> Jointed | None:

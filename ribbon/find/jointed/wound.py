@@ -63,4 +63,10 @@ def link(problem: MixedProblem, x: FloatArray) -> float:
     tau, s = problem.joint_values(x)[1], np.concatenate([[0.0], np.cumsum(problem.lengths)])
     twist = float((0.5 * (tau[1:] + tau[:-1]) * np.diff(s)).sum() / (2.0 * np.pi))
     first, last = np.asarray(problem.start.frame), np.asarray(problem.end.frame)[:, 2]
-    return twist + writhe(closed(problem.layout.positions(x), first, last))
+    r = problem.layout.positions(x)
+    assert problem.start.position is not None
+    assert problem.end.position is not None
+    if np.abs(np.asarray(problem.start.position) - np.asarray(problem.end.position)).max() < _RING:
+        # a drawn ring is all but closed
+        r = np.vstack([r[:-1], r[:1]])
+    return twist + writhe(closed(r, first, last))

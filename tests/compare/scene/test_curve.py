@@ -12,6 +12,7 @@ from compare.models.ribbon.model import RibbonModel
 from compare.scene.scene import load, loads
 from ribbon.find.jointed import polygon
 from ribbonbench.errors import BadInput
+from tests.docs_blocks import DOCS, blocks
 
 ROD = """
 [strip]
@@ -75,6 +76,23 @@ def test_a_file_that_is_no_curve_is_refused(folder, rows):
 def refused(folder, points, **keys):
     scene = load(folder / "rod.toml")
     return of_a_curve(scene.replace({"seed.curve": points.tolist(), **keys}))
+
+
+def test_a_ring_is_near_itself_at_its_seam_and_nowhere_else(folder):
+    """Both clamps at one place: its seam is no fault; a trefoil whose strands are nearer than they are kept is one."""
+    ring = {"clamp.end.position": [0.0, 0.0, 0.0]}
+    for radius, near in ((0.2, False), (0.05, True)):
+        points = 2.0 * polygon.trefoil(radius)
+        turn = polygon.onto((points[1] - points[0]) / np.linalg.norm(points[1] - points[0]), np.array([0.0, 0.0, 1.0]))
+        fault = refused(folder, (points - points[0]) @ turn.T, **ring)
+        assert (fault is not None) == near
+        assert fault is None or "from itself at s" in fault.problem
+
+
+@pytest.mark.parametrize("name", ["trefoil.toml", "plectoneme.toml"])
+def test_the_documented_knots_are_not_refused(name):
+    (block,) = [block for block in blocks((DOCS / "scenes.md").read_text()) if block.file == name]
+    assert RibbonModel().refusal(loads(block.text, name)) is None
 
 
 def test_a_curve_that_comes_near_itself_is_refused_with_the_place(folder):

@@ -12,8 +12,9 @@ from ribbon.find.seeds import end_mismatch
 from ribbon.find.solve import build
 from ribbon.find.solving.request import Request
 from ribbon.judge import nearness
+from tests.reference.knot_type import determinant
 from tests.ribbon.find.test_ply import STRIP
-from tests.validation.ribbon import knots
+from tests.validation.ribbon import knots, michell
 
 
 def problem(turn, segments=160, **more):
@@ -58,6 +59,45 @@ def test_a_knot_begins_where_its_turn_is_held():
         assert abs(rod.constraints(x)[rod.block_slices()["gauge_ring"]][0]) < 5e-3
         links.append(link(rod, x))
     assert links == pytest.approx([-3.0, -3.0], abs=0.02)
+
+
+def trefoil_of(segments, first):
+    """A round rod whose ends are at one place along one tangent, and a trefoil that is drawn from its point `first`."""
+    end = Clamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (-np.sin(-0.18877), np.cos(-0.18877), 0.0))
+    rod = build(
+        michell.STRIP, Clamp(), end=end, energy="kirchhoff", segments=segments, apart=0.02, round_rod=True
+    )  # fmt: skip
+    points = np.roll(polygon.trefoil(0.2)[:-1], -first, axis=0)
+    return rod, np.vstack([points, points[:1]])
+
+
+def test_a_ring_begins_with_its_seam_where_its_slide_is_held():
+    """Both rows are met, whichever place of the trefoil was drawn first, and it is linked alike."""
+    links = []
+    for first in (0, 37):
+        rod, curve = trefoil_of(48, first)
+        x = drawn.unknowns(rod, curve)
+        assert np.abs(rod.constraints(x)[rod.block_slices()["gauge_ring"]]).max() < 5e-3
+        links.append(link(rod, x))
+    assert links == pytest.approx([-3.03, -3.03], abs=0.02)
+
+
+@pytest.mark.validate
+def test_a_drawn_trefoil_lands_on_itself_all_along():
+    """On one line without ends, with the energy of the trefoil that begins at its thin limit's pushes
+    (`tests.validation.ribbon.trefoil`, 96 segments), of which it has no twist either."""
+    rod, curve = trefoil_of(48, 37)
+    state = drawn.following(drawn.solved(Request.again(rod), curve))
+    assert state.ok
+    assert state.lowest_eigenvalue > 0.0
+    (line,) = state.jointed.touching.lines
+    assert line.closed
+    assert not state.jointed.touching.places
+    assert state.jointed.pushes.min() > 0.0
+    assert abs(state.tau([0.5])[0]) < 1e-3
+    assert state.energy.total == pytest.approx(81.7102825, rel=1e-6)
+    assert max((-gap for gap, _ in nearness.minima(state.problem, state.x, 0.0)), default=0.0) < 1e-6
+    assert determinant(state.position(np.arange(240) / 240)) == 3
 
 
 def test_a_developable_strip_does_not_begin_in_space():

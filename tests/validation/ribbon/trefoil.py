@@ -219,9 +219,10 @@ def run(out: Path) -> dict[str, Number]:
         + f"; a straight line in the square of its edge through the last two leads to {soft_energy:.2f} +- "
         f"{soft_open:.2f}, {100.0 * soft_off:.1f} % from the rod's. Rows that hold its seam against sliding push with "
         f"{off['held']:.0e} at the most.",
-        "What does not hold: from a drawn curve it arrives on 48 segments, not on 32 and 40, and was stopped on 64 and "
-        "96 (these are halved from 48, with pushes that go on straight from station to station); without friction "
-        "alone.",
+        "From a torus's curve with the pushes that balance it best it is found on 48 segments, not on 32 and 40, and "
+        "was stopped on 64 and 96 (these are halved from 48, with pushes that go on straight from station to station). "
+        "A scene's drawn curve goes downhill instead and arrives on 32 to 96 segments ([how](../docs/scenes.md)).",
+        "What does not hold: without friction alone.",
         "![shapes, and the energy over the circle's](trefoil.png)",
     )  # fmt: skip
     if off["deep"] > 1e-6 or off["product"] > 1e-8 or abs(zero / known.excess - 1.0) > 1e-3 or soft_off > 0.02:
