@@ -20,6 +20,7 @@ from ribbon.find import contacts, relax
 from ribbon.find.friction.history import History
 from ribbon.find.solving.request import How
 from ribbon.find.solving.verdict import judged
+from ribbon.judge import penetration
 from ribbon.notes import Note
 from ribbon.problems import transfer
 from ribbon.problems.friction.particles import Rub
@@ -40,10 +41,14 @@ SETTLED, LEFT, IDLE = 1e-8, 5e-7, 4
 SOFT, STIFFER, STIFF = 1e3, 4.0, 1.6e4
 #: Push from which a place rubs, over the largest (at least 1 D w / l^2): below it is what an interior point leaves.
 LEAST = 1e-8
+#: Part of friction's change in a round by which it differs from that of the round before and is the same.
+_STEADY = 0.1
+#: Part of the largest such change from which a place is one of those that slip first.
+_MOSTLY = 0.5
 #: Steps of a minimiser in the first round, and in one after it.
 _STEPS, _STEPS_NEXT = 150, 30
-#: Lengths along the strip (l) at which a wait of one is a difference of its push.
-_PLACED = 1e-6
+#: Lengths along the strip (l) at which a wait of one is a difference of its push; up to which two places are one.
+_PLACED, _ONE = 1e-6, 1e-8
 
 
 def increment(problem: MixedProblem, state: Equilibrium, history: History, how: How) -> Equilibrium:
@@ -58,16 +63,23 @@ def increment(problem: MixedProblem, state: Equilibrium, history: History, how: 
 def _settled(problem: MixedProblem, state: Equilibrium, history: History, how: How) -> Equilibrium:
     minimum = _begun(problem, state, how)
     change, count = np.inf, minimum.iterations
-    least, idle = np.inf, 0
+    least, idle, fixed = np.inf, 0, False
+    last: FloatArray | None = None
+    now: FloatArray | None = None
     for _ in range(ROUNDS):
         if minimum.residual > RESIDUAL_TOLERANCE or spent():
             break
-        problem, minimum = contacts.held(problem, minimum, how.options, how.progress)
+        if not fixed or _deep(problem, minimum):
+            problem, minimum = contacts.held(problem, minimum, how.options, how.progress)
+            fixed = _stays(problem, minimum)
         rubs = rubbing(problem, minimum.x, minimum.rows, history)
         change = difference(problem, minimum, rubs)
         least, idle = (change, 0) if change < 0.5 * least else (least, idle + 1)
         if change <= SETTLED or (change <= LEFT and idle >= IDLE):
             break
+        last, now = now, crept(problem.rubs, rubs)
+        if now is not None and steady(last, now, LEFT * _largest(problem, rubs)):
+            rubs, least, idle = further(rubs, now), np.inf, 0
         problem, minimum = _next(problem, rubs, minimum, how)
         count += minimum.iterations
     found = judged(problem, replace(minimum, iterations=count), how)
@@ -75,6 +87,62 @@ def _settled(problem: MixedProblem, state: Equilibrium, history: History, how: H
         return found
     text = Note.RUBS_UNSETTLED.text(change=change, rounds=ROUNDS)
     return replace(found, status=Status.NOT_CONVERGED, stable=None, message=text, notes=(Note.RUBS_UNSETTLED,))
+
+
+def crept(before: tuple[Rub, ...], rubs: tuple[Rub, ...]) -> FloatArray | None:
+    """By how much (k, 3) friction went on in a round where places stick; None where the places are not the same."""
+    found = np.zeros((len(rubs), 3))
+    for row, rub in zip(found, rubs, strict=True):
+        own = [old for old in before if (old.wall, contacts.line(old.side)) == (rub.wall, contacts.line(rub.side))]
+        near = min(own, key=lambda old: abs(old.particle - rub.particle), default=None)
+        if near is None or abs(near.particle - rub.particle) > _PLACED:
+            return None
+        if float(np.linalg.norm(rub.force)) < rub.bound * (1.0 - 1e-9):
+            row[:] = np.subtract(rub.force, near.force)
+    return found
+
+
+def steady(last: FloatArray | None, now: FloatArray | None, least: float) -> bool:
+    """Whether friction goes on by the same amount, more than `least`, as in the round before, where places stick in
+    both."""
+    if last is None or now is None or last.shape != now.shape or not now.any():
+        return False
+    both = now.any(axis=1) & last.any(axis=1)
+    size = float(np.abs(now[both]).max(initial=0.0))
+    return size > least and float(np.abs(now - last)[both].max()) <= _STEADY * size
+
+
+def further(rubs: tuple[Rub, ...], now: FloatArray) -> tuple[Rub, ...]:
+    """The guesses as far on as friction goes until the first of the places that change most slips.
+
+    Particles that cannot all keep their places (they were beside the wall, and what is between them keeps its length)
+    take friction from each other, r times what is missing a round, until one of them is at its bound."""
+    size = np.linalg.norm(now, axis=1)
+    first = [k for k in range(len(rubs)) if size[k] >= _MOSTLY * size.max()]
+    most = min(_until(rubs[k], now[k]) for k in first)
+    found = []
+    for rub, row in zip(rubs, now, strict=True):
+        force = np.asarray(rub.force) + most * row
+        own = float(np.linalg.norm(force))
+        found.append(rub._replace(force=tuple((force * min(1.0, rub.bound / own) if own > 0.0 else force).tolist())))
+    return tuple(found)
+
+
+def _until(rub: Rub, row: FloatArray) -> float:
+    """k of |T + k D| = b."""
+    force, square = np.asarray(rub.force), float(row @ row)
+    half, rest = float(force @ row), rub.bound**2 - float(force @ force)
+    return float((np.sqrt(half**2 + square * rest) - half) / square)
+
+
+def _deep(problem: MixedProblem, minimum: Minimum) -> bool:
+    return bool(penetration.minima(problem, minimum.x, -penetration.TOLERANCE))
+
+
+def _stays(problem: MixedProblem, minimum: Minimum) -> bool:
+    """Whether a single place of contact was not found sliding: rounds that change friction alone would try in vain."""
+    places = contacts.single_places(problem, minimum)
+    return not all(contacts.place_slides(problem, place) for place in places)
 
 
 def _begun(problem: MixedProblem, state: Equilibrium, how: How) -> Minimum:
@@ -130,9 +198,9 @@ def rubbing(problem: MixedProblem, x: FloatArray, rows: FloatArray, history: His
         if not wall.friction:
             continue
         own = [(rub, force) for rub, force in zip(problem.rubs, forces, strict=True) if rub.wall == k]
-        every = contacts.pushed(problem, x, rows, k)
-        least = LEAST * max([1.0, *(push for _, _, push in every)])
-        for (s, side, push), v in zip(every, contacts.across(problem, x, k), strict=True):
+        every = together(contacts.pushed(problem, x, rows, k), contacts.across(problem, x, k))
+        least = LEAST * max([1.0, *(push for _, _, push, _ in every)])
+        for s, side, push, v in every:
             if push <= least or not history.known(k, s):
                 continue
             near = [pair for pair in own if contacts.line(pair[0].side) == side] or own
@@ -143,6 +211,24 @@ def rubbing(problem: MixedProblem, x: FloatArray, rows: FloatArray, history: His
             rub = _rub(problem, x, k, s, v, wall.friction * push, force)
             found.append(rub._replace(stiffness=stiffness))
     return tuple(_with_places(problem, history, tuple(found)))
+
+
+def together(points: list[tuple[float, float, float]], across: list[float]) -> list[tuple[float, float, float, float]]:
+    """Abscissa, edge, push and place across of what pushes, those as one that are at one place.
+
+    A place that slides at a joint is a row of both segments there, and how they share its push is left to rounding."""
+    found: list[tuple[float, float, float, float]] = []
+    for (s, side, push), v in zip(points, across, strict=True):
+        same = [
+            k for k, other in enumerate(found)
+            if other[1] == side and abs(other[0] - s) <= _ONE and abs(other[3] - v) <= _ONE
+        ]  # fmt: skip
+        if same:
+            one = found[same[0]]
+            found[same[0]] = (s, side, push + one[2], v) if push > one[2] else (*one[:2], push + one[2], one[3])
+        else:
+            found.append((s, side, push, v))
+    return found
 
 
 def _rub(problem: MixedProblem, x: FloatArray, k: int, s: float, side: float, bound: float, force: FloatArray) -> Rub:
@@ -176,8 +262,6 @@ def _normal(problem: MixedProblem, x: FloatArray, k: int, s: float, side: float,
 def difference(problem: MixedProblem, minimum: Minimum, rubs: tuple[Rub, ...]) -> float:
     """By how much bounds and friction of `rubs` differ from those that the minimum was found with, over the largest
     bound's push, at least 1."""
-    mu = [problem.walls[rub.wall].friction for rub in rubs]
-    size = max((rub.bound / own for rub, own in zip(rubs, mu, strict=True)), default=1.0)
     left = dict(enumerate(problem.rubs))
     worst = 0.0
     for rub in rubs:
@@ -194,4 +278,9 @@ def difference(problem: MixedProblem, minimum: Minimum, rubs: tuple[Rub, ...]) -
         worst = max(worst, abs(old.bound - rub.bound), rub.bound * away / _PLACED * SETTLED)
         worst = max(worst, float(np.abs(np.subtract(old.force, rub.force)).max()))
     worst = max([worst, *(old.bound for old in left.values())])
-    return worst / max(1.0, size)
+    return worst / _largest(problem, rubs)
+
+
+def _largest(problem: MixedProblem, rubs: tuple[Rub, ...]) -> float:
+    """The largest push, at least 1."""
+    return max([1.0, *(rub.bound / problem.walls[rub.wall].friction for rub in rubs)])

@@ -19,10 +19,8 @@ from numpy.typing import NDArray
 
 from ribbon.find.continuation import (
     CUT,
-    EASY,
     GROW,
     HARD,
-    SHRINK,
     StepRecord,
     anchored,
     movement,
@@ -103,9 +101,9 @@ def follow(
 
 
 def _next(size: float, step: float, most: float, iterations: int, steps: int | None) -> float:
-    if steps or iterations <= EASY:
+    if steps or iterations < HARD * 4:  # of all rounds together
         return min(most, max(size, step) * GROW)
-    return max(step * SHRINK, 0.2 * most) if iterations >= HARD * 4 else min(most, max(size, step))
+    return min(most, max(size, step))
 
 
 def _held(start: Equilibrium, progress: Progress | None) -> Equilibrium:

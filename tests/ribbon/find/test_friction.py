@@ -11,10 +11,11 @@ import pytest
 
 from ribbon import Clamp, Equilibrium, Gravity, RibbonInputError, Strip, Wall, refine, solve
 from ribbon.find import continuation
-from ribbon.find.friction import path
+from ribbon.find.friction import increment, path
 from ribbon.find.solve import Problem, build, solve_from
 from ribbon.obstacle import Obstacle
 from ribbon.problems.friction import term
+from ribbon.problems.friction.particles import Rub
 from ribbon.problems.mixed import MixedProblem
 from tests.validation.ribbon import friction as measured
 
@@ -86,6 +87,45 @@ def test_a_wall_carries_what_sticks() -> None:
     assert back.walls[0].friction is not None
     assert np.abs(back.walls[0].friction).max() < 1e-4  # as it was: sticking forgets nothing and takes nothing
     assert abs(back.rubbed or 0.0) < 1e-9
+
+
+def test_places_that_cannot_all_stick_slip_where_the_first_is_at_its_bound() -> None:
+    """Springs between particles and their places, one 1e-9 off: guesses that creep by r u a round (a million rounds to
+    the bound) are taken there at once; the sum is what holds the strip, nothing is beyond its bound."""
+    bounds, stiffness, off = np.array([0.4, 0.9, 0.9]), 1e4, np.array([1e-9, 0.0, 0.0])
+    force = np.array([0.1, 0.05, -0.15])
+
+    def minimum(guess: np.ndarray) -> np.ndarray:  # a stiff strip, free along the wall: the sum of T is zero
+        low, high = -1.0, 1.0
+        for _ in range(100):
+            x = 0.5 * (low + high)
+            total = np.clip(guess + stiffness * (x + off), -bounds, bounds).sum()
+            low, high = (x, high) if total < 0.0 else (low, x)
+        return np.asarray(np.clip(guess + stiffness * (x + off), -bounds, bounds))
+
+    last: np.ndarray | None = None
+    for _ in range(12):
+        found = minimum(force)
+        now = np.where(np.abs(found) < bounds * (1.0 - 1e-9), found - force, 0.0)[:, None] * np.eye(3)[0]
+        rubs = tuple(Rub(0, s, 0.0, s, (0.0, 0.0, 1.0), (0.0,) * 3, bound, (t, 0.0, 0.0))
+                     for s, bound, t in zip((0.1, 0.2, 0.3), bounds, found, strict=True))  # fmt: skip
+        if np.abs(now).max() < 1e-9:
+            break
+        if increment.steady(last, now, 1e-7):
+            rubs = increment.further(rubs, now)
+        last, force = now, np.array([rub.force[0] for rub in rubs])
+    assert found[0] == pytest.approx(0.4, rel=1e-9)
+    assert found.sum() == pytest.approx(0.0, abs=1e-9)
+    assert found[1] - found[2] == pytest.approx(0.2, abs=1e-6)
+    assert not increment.steady(np.array([[1e-3, 0.0, 0.0]]), np.array([[-1e-3, 0.0, 0.0]]), 1e-7)
+
+
+def test_rows_at_one_place_rub_as_one() -> None:
+    """How two segments share the push at their joint is rounding: their sum bounds one particle's friction."""
+    points = [(0.5, 1.0, 0.3), (0.5 - 1e-10, 1.0, 0.9), (0.5, -1.0, 1.2), (0.6, 1.0, 0.1)]
+    found = increment.together(points, [1.0, 1.0, -1.0, 1.0])
+    assert [(one[0], one[1], one[3]) for one in found] == [(0.5 - 1e-10, 1.0, 1.0), (0.5, -1.0, -1.0), (0.6, 1.0, 1.0)]
+    assert [one[2] for one in found] == pytest.approx([1.2, 1.2, 0.1])
 
 
 def test_without_friction_nothing_of_it_is_called(monkeypatch: pytest.MonkeyPatch) -> None:
