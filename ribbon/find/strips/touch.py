@@ -1,7 +1,8 @@
 """Strips kept from each other: contact between them, by short steps and an exchange of places (`ribbon.find.apart`).
 
-Strips go downhill from where they begin by steps in which no place goes farther than a part of the distance that they
-keep, and all that could meet before the next look is held apart: none goes through another. Where they are near each
+Strips go downhill from where they begin, and all that could meet before the next look is held apart. A step in which no
+place goes farther than an eighth of the distance that they keep leads none through another; after longer ones their way
+is looked at, and gone again shorter where something passed. Where they are near each
 other because a joint joins them they are not looked at: within `BESIDE` widths of it.
 """
 
@@ -34,6 +35,11 @@ TOLERANCE, DEPTH = 1e-6, 0.3e-6
 BESIDE = 3.0
 #: How far a place may go in a step, over the distance to be kept; steps between two looks; looks.
 _TRAVEL, _STEPS, _LOOKS = 0.125, 3, 1200
+#: The same of strips that touch, and part of a segment that places of them may go along it between two looks; part of
+#: the distance by which strips come nearer, at the least, between two looks on their way.
+_TOUCHING, _ALONG_SEGMENT, _LOOKED_AT = 1.0, 0.3, 0.25
+#: Part of the way of a look that is left of the last two where the second one went back.
+_BACK = 0.25
 #: How far (l_0) it may go at the most where nothing could meet before the next look.
 _FARTHEST = 0.01
 #: Places of a segment that are looked at for how far it went.
@@ -301,7 +307,8 @@ def downhill(problem: StripsProblem, x: FloatArray) -> tuple[StripsProblem, Mini
     point: Minimum | None = None
     iterations, seconds = 0, 0.0
     for _ in range(_LOOKS):
-        travel, free, near = _ahead(problem, x, far)
+        travel, near = _ahead(problem, x, far)
+        reach = 2.0 * travel * _STEPS
         if near and near[0][0] < -_DEEP * problem.apart and before is not None and shorter > _SHORTEST:
             (problem, x, point), before, shorter = before, None, 0.5 * shorter  # with shorter steps
             chosen["max_iter"] = _STEPS
@@ -314,13 +321,15 @@ def downhill(problem: StripsProblem, x: FloatArray) -> tuple[StripsProblem, Mini
         warm = None if point is None else (rows_of(problem, fresh, point), point.multipliers)
         went = newton_rows.minimise(fresh, x, chosen, None, warm)
         iterations, seconds = iterations + went.iterations, seconds + went.seconds
-        if travel > _TRAVEL * problem.apart and _farthest(problem, x, went.x) > free:
+        if (travel > _TRAVEL * problem.apart or chosen["max_iter"] > _STEPS) and _astray(fresh, x, went.x, reach):
             far, chosen["max_iter"] = 0.25 * travel, _STEPS
             continue
+        moved = float((np.abs(went.x - x) / limits).max())  # of a step's length
+        # so few steps from a barrier as it begins with can end off what strips lie on, and the next ones back on it
+        back = before is not None and float((np.abs(went.x - before[1]) / limits).max()) < _BACK * moved
         before, point = (problem, x, point), went
-        moved = float((np.abs(point.x - x) / limits).max())  # of a step's length
         problem, x = fresh, point.x
-        chosen["max_iter"] = _STEPS if moved > 1.0 else min(2 * int(chosen["max_iter"]), _MOST)
+        chosen["max_iter"] = _STEPS if moved > 1.0 and not back else min(2 * int(chosen["max_iter"]), _MOST)
         far = min(2.0 * travel, _FARTHEST) if moved > 1.0 else travel
         shorter = min(1.0, 1.2 * shorter)
         if point.finished or point.residual <= RESIDUAL_TOLERANCE or spent() or not np.all(np.isfinite(x)):
@@ -333,17 +342,38 @@ def downhill(problem: StripsProblem, x: FloatArray) -> tuple[StripsProblem, Mini
     return problem, replace(point, iterations=iterations, seconds=seconds)
 
 
-def _ahead(problem: StripsProblem, x: FloatArray, far: float) -> tuple[float, float, list[tuple[float, Touching]]]:
-    """How far (l_0) a place may go in a step from the unknowns x (n,), how far the two strips that go farthest may go
-    together before any two meet, and the pairs of places that could meet before the next look. A step is `far` where
-    none could, else as far as the nearest are from meeting, and a part of the distance that they keep where they are
-    nearer than that."""
+def _ahead(problem: StripsProblem, x: FloatArray, far: float) -> tuple[float, list[tuple[float, Touching]]]:
+    """How far (l_0) a place may go in a step from the unknowns x (n,), and the pairs of places that could meet before
+    the next look. A step is `far` where none could; else as far as the nearest are from meeting, or, where they are
+    nearer than that, what strips that touch may go, whose way is looked at afterwards (`_astray`)."""
     least = _TRAVEL * problem.apart
+    segment = min(sigma * float(p.lengths.min()) for p, sigma in zip(problem.parts, problem.lengths_over, strict=True))
+    touching = min(_TOUCHING * problem.apart, _ALONG_SEGMENT * segment / (2.0 * _STEPS))
     far = max(far, least)
     near = minima(problem, x, 2.0 * far * _STEPS)
     free = near[0][0] if near else 2.0 * far * _STEPS
-    travel = max(least, min(far, free / (2.0 * _STEPS)))
-    return travel, free, [each for each in near if each[0] <= 2.0 * travel * _STEPS]
+    travel = max(least, min(far, max(free / (2.0 * _STEPS), touching)))
+    return travel, [each for each in near if each[0] <= 2.0 * travel * _STEPS]
+
+
+def _astray(problem: StripsProblem, x: FloatArray, other: FloatArray, reach: float) -> bool:
+    """Whether strips went so far from the unknowns x to `other` (n,) that places which are not held, `reach` (l_0) or
+    more beyond what they keep, could have met, or whether those which are held passed through each other on the
+    straight way: by half as far at a time as the nearest are from that (conservative advancement, as in
+    `ribbon.judge.passage`)."""
+    went, deep = _farthest(problem, x, other), _THROUGH * problem.apart
+    if not went <= reach:
+        return True
+    held = [block for block in problem.blocks().values() if isinstance(block, BetweenRows)]
+    t = 0.0
+    while held and t < 1.0:
+        free = min(float(block.gaps(x + t * (other - x)).min()) for block in held) + deep
+        if not free > 0.0:
+            return True
+        if free > went * (1.0 - t):
+            return False
+        t += max(0.5 * free, _LOOKED_AT * problem.apart) / went
+    return False
 
 
 def _farthest(problem: StripsProblem, x: FloatArray, other: FloatArray) -> float:

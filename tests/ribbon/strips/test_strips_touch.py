@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from ribbon import Clamp, Gravity, RibbonInputError, Strip
+from ribbon.find.strips import path, touch
 from ribbon.find.strips import solve as strips
-from ribbon.find.strips import touch
 from ribbon.find.strips.assemble import Member, assembled, shapes
 from ribbon.problems.strips.joint import End, Joint
 from ribbon.problems.strips.place import placed
+from ribbon.solvers.budget import within
 from tests.reference.joined_rods import facing
 from tests.ribbon.strips.strips_scenes import bigon
 
@@ -138,10 +139,54 @@ def test_strips_kept_a_hair_apart_meet_from_far_above():
         assert found.ok
         assert found.depth <= touch.TOLERANCE
         assert len(found.touching) == 1
+        assert found.iterations < 200  # once by an eighth of the distance a step, also where they lay on each other
         pushes[kept] = on_high(found)
     between = pushes[1e-3] + (pushes[1e-2] - pushes[1e-3]) * 3.0 / 9.0
     assert pushes[4e-3] == pytest.approx(between, abs=1e-5)
     assert pushes[1e-3][2] > 0.4
+
+
+def test_a_way_on_which_strips_pass_through_each_other_is_seen():
+    """High goes from above to below the other by three distances, nowhere near it at both ends, or up and away."""
+    low, high = cantilevers(0.6, 0.05, 0.0, 6)
+    shapes_at = {}
+    for z in (0.1, -0.1, 0.25):
+        members = [low, replace(high, start=replace(high.start, position=(0.0, -0.6, z)))]
+        problem = assembled(members, (), None, "kirchhoff", APART)
+        shapes_at[z] = placed(problem, shapes(problem, members, None))
+    near = touch.minima(problem, shapes_at[0.1], 1.0)
+    held = problem.with_changes(touching=touch.around(problem, [each for _, each in near]))
+    assert touch._astray(held, shapes_at[0.1], shapes_at[-0.1], 1.0)
+    assert not touch._astray(held, shapes_at[0.1], shapes_at[0.25], 1.0)
+    assert touch._astray(held, shapes_at[0.1], shapes_at[0.25], 0.1)  # farther than what is held could be from it
+
+
+def test_a_strip_that_is_let_down_on_another_meets_it():
+    """A stage of a path at which few steps from the barrier lead off the other strip, and the next ones back: the two
+    went on for good. Each clamp carries the weight of its strip but for the push."""
+    section = {"length": 1.0, "width": 0.05, "poisson": 0.4}
+    way = (np.cos(np.radians(80.0)), np.sin(np.radians(80.0)), 0.0)
+
+    def members(z):
+        low = Clamp((-0.75, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+        high = Clamp((-0.8 * way[0], -0.8 * way[1], z), way, (0.0, 0.0, 1.0))
+        return [
+            Member(Strip(gamma=1.7303, thickness=2e-3, **section), low, segments=10),
+            Member(Strip(gamma=3.0761, thickness=1.5e-3, **section), high, stiffness=0.421875, segments=10),
+        ]
+
+    before = strips.solve(members(0.1636), (), UP, "kirchhoff", 2e-3)
+    assert before.ok
+    assert not before.touching
+    with within(10.0):
+        found = path.stepped(assembled(members(0.154), (), UP, "kirchhoff", 2e-3), before)
+    assert found.ok
+    assert found.depth <= touch.TOLERANCE
+    push = on_high(found)
+    assert found.touching
+    assert push[2] > 1e-3
+    assert 0.421875 * found.strips[1].start.force + push == pytest.approx([0.0, 0.0, 0.421875 * 3.0761], abs=1e-6)
+    assert found.strips[0].start.force - push == pytest.approx([0.0, 0.0, 1.7303], abs=1e-6)
 
 
 def test_strips_that_begin_through_each_other_are_refused_with_the_place():
