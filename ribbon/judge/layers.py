@@ -59,6 +59,15 @@ def stations(
     return sorted(kept, key=lambda each: each[1])
 
 
+def is_through(problem: MixedProblem, x: FloatArray) -> bool:
+    """Whether middles of rulings that face each other are nearer than half of what parts keep: more than too near."""
+    s = nearness.abscissae(problem, x)
+    here = nearness.shape(problem, x, s)
+    near = scipy.spatial.cKDTree(here.r).query_pairs(0.5 * problem.apart, output_type="ndarray")
+    one, other = here.turned[near[:, 0]], here.turned[near[:, 1]]
+    return bool(nearness.facing(problem, one, other, here.turned[-1]).any())
+
+
 def alike(problem: MixedProblem, one: Pair, other: Pair) -> bool:
     """Whether two stations hold the same: one place against the same layer, at the same end of the ruling."""
     h = float(problem.lengths.max())
