@@ -108,7 +108,7 @@ def _freed(
     none, anchor = np.zeros(x.size), plane.anchor(x)
     for least in _CLEARLY:
         kept = np.flatnonzero(by_row > least * by_row.max(initial=0.0))
-        edges = layers.at_edges(problem, x, [pairs[k] for k in kept]) if kept.size else []
+        edges = layers.across(problem, x, [pairs[k] for k in kept]) if kept.size else []
         free = problem.with_changes(pairs=tuple(edges)).anchored(anchor)
         rows = np.zeros(free.row_count)
         rows[: glue.size] = glue
