@@ -2,7 +2,7 @@ r"""A strip that bends in a plane about rulings square to it: its joints' curvat
 
 Ruling and twist are zero, position and frame of the start are given, and the glue (`ribbon.problems.mixed`) makes the
 rest of the unknowns x (n,) of omega (p + 1,). With the glue c(x) = 0, Z = dx / domega from C Z = 0 (C its Jacobian) and
-the energy E and the gaps g_k of `ribbon.problems.itself.pairs` (docs/theory.md, eq. (5.21)),
+the energy E and the gaps g_k of `ribbon.problems.itself.pairs` (docs/theory.md, eq. (5.22)),
 
     dE/domega = Z^T E_x ,   dg/domega = g_x Z ,   C_y^T lambda = - (E_y - sum_k mu_k g_k,y) ,
     H = Z^T (E_xx + sum_i lambda_i c_i,xx - sum_k mu_k g_k,xx) Z ,
