@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ribbon.find import relax
 from ribbon.find.solving.request import Progress
-from ribbon.judge import nearness, strands
+from ribbon.judge import layers, nearness, strands
 from ribbon.problems.itself import over
 from ribbon.problems.itself.pairs import Pair
 from ribbon.problems.mixed import MixedProblem
@@ -64,6 +64,8 @@ def kept(
         return problem, minimum
     if problem.round:
         return _strands_kept(problem, minimum, options, progress)
+    if layers.is_through(problem, minimum.x):  # as below, and soon: hundreds of places of a coil are not looked for
+        return problem, minimum
     best, least = (problem, minimum), np.inf
     for _ in range(ROUNDS):
         near = nearness.minima(problem, minimum.x, -DEPTH)

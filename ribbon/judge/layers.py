@@ -23,6 +23,9 @@ FloatArray = NDArray[np.float64]
 
 #: Segments within which two places of one strand are the same.
 _NEXT = 1.0
+#: Places of a ruling, over half the width, at which half of a force each does what a pressure that is the same all
+#: across it does, to the third degree.
+_GAUSS = 3.0**-0.5
 #: Part of a segment up to which abscissae that stay are one.
 _AT = 1e-6
 
@@ -59,22 +62,32 @@ def stations(
     return sorted(kept, key=lambda each: each[1])
 
 
+def is_through(problem: MixedProblem, x: FloatArray) -> bool:
+    """Whether middles of rulings that face each other are nearer than half of what parts keep: more than too near."""
+    s = nearness.abscissae(problem, x)
+    here = nearness.shape(problem, x, s)
+    near = scipy.spatial.cKDTree(here.r).query_pairs(0.5 * problem.apart, output_type="ndarray")
+    one, other = here.turned[near[:, 0]], here.turned[near[:, 1]]
+    return bool(nearness.facing(problem, one, other, here.turned[-1]).any())
+
+
 def alike(problem: MixedProblem, one: Pair, other: Pair) -> bool:
     """Whether two stations hold the same: one place against the same layer, at the same end of the ruling."""
     h = float(problem.lengths.max())
     return abs(one.s - other.s) < _AT * h and one.u == other.u and abs(one.s_other - other.s_other) < _NEXT * h
 
 
-def at_edges(problem: MixedProblem, x: FloatArray, pairs: Iterable[Pair]) -> list[Pair]:
-    """Both ends of the rulings of stations in their middles, two for each, at the shape x (n,)."""
-    pairs, edge = list(pairs), problem.half_width
+def across(problem: MixedProblem, x: FloatArray, pairs: Iterable[Pair]) -> list[Pair]:
+    """Stations in the middles of rulings held at two places of each ruling, at the shape x (n,): its places stay, those
+    of the other layer slide, along it and across it."""
+    pairs, place = list(pairs), _GAUSS * problem.half_width
     one, other = (
         nearness.shape(problem, x, np.array([getattr(pair, side) for pair in pairs])).ruling
         for side in ("s", "s_other")
     )
     facing = np.sign(np.einsum("ki,ki->k", one, other))
     return [
-        pair._replace(u=side * edge, u_other=float(sign) * side * edge)
+        pair._replace(u=side * place, u_other=float(sign) * side * place, held=False)
         for pair, sign in zip(pairs, facing, strict=True)
         for side in (1.0, -1.0)
     ]

@@ -1,46 +1,40 @@
 """A strip that lies on itself in a plane: layers of a fold or a coil, held at stations, all of them inequalities.
 
 Places that are held one by one where they are deepest (`ribbon.find.apart`) come and go round in circles where layers
-lie along each other, and a minimiser that knows of no contact lets a coil curl up through itself. Here every joint that
-another layer could soon touch has its row (`ribbon.judge.layers`), steps are shorter than the distance to where rows
-begin, and what is found is a point of the plane: the strip is kept in it by its own symmetry, ruling and twist zero.
-Between joints rows are put where it is too deep, until nothing is. The state is then told, and judged, with all its
-freedom, and held at both ends of each ruling; it is none where forces aside of the plane would move it.
+lie along each other, and a minimiser that knows of no contact lets a coil curl up through itself. Here the strip is
+kept in its plane by its own symmetry, ruling and twist zero, and is searched for by its joints' curvatures alone
+(`ribbon.find.layers.curvatures`), every joint that another layer could soon touch with its row. Between joints rows are
+put where it is too deep, until nothing is. The state is then told, and judged, with all its freedom, and held at both
+ends of each ruling; it is none where forces aside of the plane would move it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import replace
+import time
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.find.layers.bent import Bent
+from ribbon.find.layers.curvatures import Lain, Search
 from ribbon.find.solving.request import Options, Progress
-from ribbon.judge import layers, nearness, passage
-from ribbon.problems.itself.pairs import BEYOND, Pair
+from ribbon.judge import layers, nearness
+from ribbon.problems.itself.pairs import Pair
 from ribbon.problems.mixed import MixedProblem
-from ribbon.solvers import newton_rows
 from ribbon.solvers.budget import spent
-from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum, kkt_residual
+from ribbon.solvers.problem import NEWTON, RESIDUAL_TOLERANCE, Minimum, force_scale, kkt_residual
 
 FloatArray = NDArray[np.float64]
 
-#: Steps between two looks, and looks; how far a place may go in a step, and from where joints have their rows, both
-#: over the distance to be kept.
-_STEPS, _LOOKS, _TRAVEL, _REACH = 8, 60, 1.0, 4.0
-#: Steps between two looks where it hardly moves any more.
-_MOST = 60
-#: Part of the travel below which a way that leads through the strip is given up.
-_SHORTEST = 0.05
+#: Gap over the distance to be kept within which layers lie on each other to begin with, and stations, at the least.
+_REACH, _FEWEST = 4.0, 3
 #: Rounds of places between joints, and depth (l) from which they are put there.
 _BETWEEN, _DEPTH = 8, 0.9 * nearness.TOLERANCE
-#: Stations, at the least, of layers that lie on each other.
-_FEWEST = 3
-#: Bound on |omega| (1/l), which bounds nothing, where that on |eta| is zero.
-_BOX = 1e4
+#: What is left of the equations over their unit.
+_LEFT = 1e-10
 #: Pushes over the largest one from which stations are told: the first with which they balance.
 _CLEARLY = (1e-7, 1e-9, 1e-12)
+_DONE = "Newton's iteration in the plane converged."
 
 
 def lain(
@@ -50,23 +44,29 @@ def lain(
     are nowhere too near; None: x is not in a plane, no layers lie on each other, or none is found."""
     if not _in_a_plane(problem, x) or len(layers.stations(problem, x, _REACH * problem.apart)) < _FEWEST:
         return None
-    plane = problem.with_changes(box=(_BOX, 0.0), pairs=())
-    found = _downhill(plane, x, (), options, progress)
+    clock, steps = time.perf_counter(), 0
+    plane = problem.with_changes(box=None, pairs=(), held_by="elimination").anchored(problem.anchor(x))
     more: list[float] = []
+    known: dict[tuple[float, int], float] = {}
     for _ in range(_BETWEEN):
-        if found is None or spent():
+        search = Search(plane, np.array(more), options, progress)
+        found = search.settle(x, known, _LEFT * force_scale(problem))
+        steps += found.steps
+        if not found.found or spent():
             return None
-        deep = nearness.minima(found[0], found[1].x, -_DEPTH)
+        deep = nearness.minima(plane, found.x, -_DEPTH)
         if not deep:
-            return _freed(problem, *found)
+            return _freed(problem, plane, found, steps, time.perf_counter() - clock)
         more += [pair.s for _, pair in deep if all(abs(pair.s - s) > 1e-3 * problem.lengths.min() for s in more)]
-        found = _downhill(*_from(found), more, options, progress)
+        x, known = found.x, found.by_place
     return None
 
 
 def stands(problem: MixedProblem, minimum: Minimum) -> bool:
     """Whether a minimiser's end is an equilibrium whose parts are nowhere too near."""
-    return minimum.residual <= RESIDUAL_TOLERANCE and not nearness.minima(problem, minimum.x, -nearness.TOLERANCE)
+    if minimum.residual > RESIDUAL_TOLERANCE or layers.is_through(problem, minimum.x):
+        return False
+    return not nearness.minima(problem, minimum.x, -nearness.TOLERANCE)
 
 
 def is_layered(problem: MixedProblem, x: FloatArray) -> bool:
@@ -75,105 +75,57 @@ def is_layered(problem: MixedProblem, x: FloatArray) -> bool:
 
 
 def _in_a_plane(problem: MixedProblem, x: FloatArray) -> bool:
-    """Whether a shape bends about its rulings alone, and nothing but itself is in its way."""
+    """Whether a shape bends about its rulings alone, and nothing but itself and what holds its start is in its way."""
     sideways = problem.in_plane_values(x)
     flat = not problem.joint_values(x)[1].any() and (sideways is None or not sideways.any())
     alone = not problem.round and not problem.walls and not problem.rubs and problem.end is None
-    return flat and alone and problem.formulation == "mixed" and not problem.joined
+    return flat and alone and problem.formulation == "mixed" and not problem.joined and _is_held(problem)
 
 
-def _from(found: tuple[MixedProblem, Minimum]) -> tuple[MixedProblem, FloatArray]:
-    return found[0], found[1].x
+def _is_held(problem: MixedProblem) -> bool:
+    """Whether the start is held, or nothing moves it."""
+    if problem.start_position is not None and problem.start_quaternion is not None:
+        return True
+    return not problem.has_gravity and problem.tip is None
 
 
-def _downhill(
-    problem: MixedProblem, x: FloatArray, more: Iterable[float], options: Options | None, progress: Progress | None
-) -> tuple[MixedProblem, Minimum] | None:
-    """The plane equilibrium downhill of x, its stations at joints and at `more`; None where it does not arrive."""
-    more, far = list(more), _TRAVEL * problem.apart
-    known = {key: value for key, value in (options or {}).items() if key in ("tol",)}
-    minimum: Minimum | None = None
-    spent_on, steps = (0, 0.0), _STEPS
-    for _ in range(_LOOKS):
-        held = layers.stations(problem, x, _REACH * problem.apart, more)
-        fresh = problem.with_changes(pairs=tuple(pair for _, pair in held)).anchored(problem.anchor(x))
-        fresh.counters.add(problem.counters)
-        chosen = {
-            **known, "mu_init": 1e-4 if minimum is None else 1e-5, "max_iter": steps, "travel": far,
-            "sliding": newton_rows.SLIDING if held else 0.0,
-        }  # fmt: skip
-        warm = None if minimum is None else (_rows_of(problem, fresh, minimum), minimum.multipliers)
-        there = newton_rows.minimise(fresh, x, chosen, progress, warm)
-        spent_on = spent_on[0] + there.iterations, spent_on[1] + there.seconds
-        finite = bool(np.isfinite(there.x).all())
-        if not finite or passage.passage(fresh, x, fresh, there.x) is not None:
-            far, minimum = 0.5 * far, None
-            if far < _SHORTEST * problem.apart:
-                return None
-            continue
-        moved = float(np.abs(problem.layout.positions(there.x) - problem.layout.positions(x)).max())
-        steps = _STEPS if moved > 0.1 * far else _MOST
-        problem, x, minimum = fresh, there.x, there
-        if there.residual <= RESIDUAL_TOLERANCE and _has_its_rows(problem, x, more):
-            return problem, replace(there, iterations=spent_on[0], seconds=spent_on[1])
-        if spent():
-            return None
-        if there.code not in (newton_rows.SOLVED, newton_rows.MOST):
-            minimum = None
-    return None
-
-
-def _has_its_rows(problem: MixedProblem, x: FloatArray, more: Iterable[float]) -> bool:
-    """Whether nothing is too deep at a station that is not held, and no place lies beyond its segment."""
-    known = _slid(problem, x)
-    deep = [pair for gap, pair in layers.stations(problem, x, -_DEPTH, more)]
-    if known:
-        rows = problem.pair_rows()
-        if (np.abs(rows.past(x)[:, 1]) > BEYOND * rows.long[:, 1]).any():
-            return False
-    return all(any(layers.alike(problem, pair, other) for other in known) for pair in deep)
-
-
-def _slid(problem: MixedProblem, x: FloatArray) -> list[Pair]:
+def _slid(found: Lain) -> list[Pair]:
     """The stations, each with the place to which its foot has gone."""
-    if not problem.pairs:
+    rows = found.gaps.rows
+    if rows is None:
         return []
-    return [pair.at(at) for pair, at in zip(problem.pairs, problem.pair_rows().places(x), strict=True)]
+    return [pair.at(at) for pair, at in zip(found.faced.pairs, rows.places(found.x), strict=True)]
 
 
-def _rows_of(old: MixedProblem, fresh: MixedProblem, minimum: Minimum) -> FloatArray:
-    """Multipliers of the rows of `fresh`: those of `old`, of stations those that hold the same."""
-    rows = np.zeros(fresh.row_count)
-    here, there = fresh.block_slices(), old.block_slices()
-    first = fresh.row_count - sum(block.count for block in fresh.blocks().values())
-    rows[:first] = minimum.rows[:first]
-    for name, where in there.items():
-        if name != "pairs" and name in here:
-            rows[here[name]] = minimum.rows[where]
-    known = list(zip(_slid(old, minimum.x), minimum.rows[there["pairs"]], strict=True)) if old.pairs else []
-    for k, pair in enumerate(fresh.pairs if known else ()):
-        same = [row for other, row in known if layers.alike(fresh, pair, other)]
-        rows[here["pairs"]][k] = sum(same)
-    return rows
-
-
-def _freed(problem: MixedProblem, plane: MixedProblem, minimum: Minimum) -> tuple[MixedProblem, Minimum] | None:
+def _freed(
+    problem: MixedProblem, plane: MixedProblem, found: Lain, steps: int, seconds: float
+) -> tuple[MixedProblem, Minimum] | None:
     """The same state of the problem with all its freedom, what pushes held at both ends of each ruling with half the
     force, as few of them as tell it; None where it is no equilibrium of it."""
-    multipliers = minimum.multipliers.copy()
-    multipliers[problem.layout.omega] = multipliers[problem.layout.eta] = 0.0
-    pairs = _slid(plane, minimum.x)
-    push = -minimum.rows[plane.block_slices()["pairs"]] if pairs else np.empty(0)
-    anchor = plane.anchor(minimum.x)
+    x, pairs = found.x, _slid(found)
+    by_row = found.pushes * found.gaps.share
+    glue = Bent(plane, x).multipliers(-(found.gaps.jacobian.T @ by_row) if pairs else np.zeros(x.size))
+    none, anchor = np.zeros(x.size), plane.anchor(x)
     for least in _CLEARLY:
-        kept = np.flatnonzero(push > least * push.max(initial=0.0))
-        edges = layers.at_edges(problem, minimum.x, [pairs[k] for k in kept]) if kept.size else []
+        kept = np.flatnonzero(by_row > least * by_row.max(initial=0.0))
+        edges = layers.across(problem, x, [pairs[k] for k in kept]) if kept.size else []
         free = problem.with_changes(pairs=tuple(edges)).anchored(anchor)
-        rows = _rows_of(plane, free, minimum)
+        rows = np.zeros(free.row_count)
+        rows[: glue.size] = glue
         if edges:
-            rows[free.block_slices()["pairs"]] = -0.5 * np.repeat(push[kept], 2)
-        residual = kkt_residual(free, minimum.x, multipliers, rows)
+            rows[free.block_slices()["pairs"]] = -0.5 * np.repeat(by_row[kept], 2)
+        _hold(free, x, rows)
+        residual = kkt_residual(free, x, none, rows)
         if residual <= RESIDUAL_TOLERANCE:
             free.counters.add(plane.counters)
-            return free, replace(minimum, rows=rows, multipliers=multipliers, residual=residual)
+            return free, Minimum(x, none, rows, residual, steps, 0, _DONE, True, seconds, NEWTON)
     return None
+
+
+def _hold(problem: MixedProblem, x: FloatArray, rows: FloatArray) -> None:
+    """Writes into the rows' multipliers those of rows that hold the start."""
+    first, held = problem.layout.joint(0), problem.block_slices()
+    left = problem.gradient(x) + problem.jacobian_matrix(x).T @ rows
+    for name, columns in (("start_position", first.position), ("start_frame", first.quaternion)):
+        if name in held:
+            rows[held[name]] = -left[columns]

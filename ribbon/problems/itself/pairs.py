@@ -56,7 +56,7 @@ _FLAT = 1e-9
 class Pair(NamedTuple):
     """Two places that are held apart: abscissae s < s_other and places u, u_other on their rulings, l; held: whether
     these two are as they are (opposite rulings are parallel; a round rod), or slide too; stays: whether s is as it is
-    (parts lie along each other, and no place is nearest)."""
+    (parts lie along each other, and no place is nearest), and u with it; of these u_other may slide."""
 
     s: float
     u: float
@@ -161,7 +161,7 @@ class PairRows:
     def _loose(self) -> BoolArray:
         """Which of t (k, 4) slide."""
         held, stays = np.array([(pair.held, pair.stays) for pair in self.pairs]).T
-        return np.stack([~stays, ~held, np.ones_like(held), ~held], axis=1)
+        return np.stack([~stays, ~held & ~stays, np.ones_like(held), ~held], axis=1)
 
     @cached_property
     def _room(self) -> tuple[FloatArray, FloatArray]:
