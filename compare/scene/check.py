@@ -32,6 +32,10 @@ ON_WALL = 1e-9
 INTO_WALL = 1e-6
 """How far, over one length, a clamp that stands on a wall may point into it: rounding."""
 
+TIGHTEST = 1e5
+"""Curvature, in units of 1/l, that no strip turns away from an obstacle with: ten times a seed's largest. A point that
+is g in front of it and heads for it with slope m turns away with m^2 / (2 g) at least."""
+
 ACROSS = 33
 """Points of a held edge that are looked at beside an obstacle, its middle among them."""
 
@@ -278,14 +282,18 @@ def _check_clamp_and_obstacles(scene: SceneData, name: str, clamp: ClampSpec | N
                 "surface", f"move it, or change {key}.point or {key}.{bodies.SIZE[obstacle.kind]}"
                 + ("" if obstacle.inside else f" (inside = true keeps the strip in {key})"),
             )  # fmt: skip
-        if frame is not None and gaps[at] <= ON_WALL * length:
-            into = float(frame[:, 2] @ normals[at]) * (1.0 if name == "clamp.start" else -1.0)
-            if into < -INTO_WALL:
-                raise BadInput(
-                    f"{name}.tangent", list(frame[:, 2]),
-                    f"points the strip into {key}, on which it is held: it would have to turn round on the spot",
-                    f"turn it along {key}, or move {name}.position off it",
-                )  # fmt: skip
+        if frame is None:
+            continue
+        into = (normals @ frame[:, 2]) * (1.0 if name == "clamp.start" else -1.0)
+        near = np.maximum(ON_WALL, into**2 / (2.0 * TIGHTEST)) * length
+        if clamp.ruling == "free":  # what is beside the middle follows its ruling
+            near = np.where(across == 0.0, near, -np.inf)
+        if np.any((into < -INTO_WALL) & (gaps <= near)):
+            raise BadInput(
+                f"{name}.tangent", list(frame[:, 2]),
+                f"points the strip into {key}, on which it is held: it would have to turn round on the spot",
+                f"turn it along {key}, or move {name}.position off it",
+            )  # fmt: skip
 
 
 def _check_support(scene: SceneData) -> None:

@@ -522,7 +522,7 @@ class ModelSpec:
     budget: float = key(
         Kind.NUMBER, "time for a solve, spent it ends not converged; on the processor, without compiling", "s", "> 0",
         "60.0", default=DEFAULT_BUDGET, newer=True,
-        note="of a path each stage (with elastica and antman all of it), and the error estimate, for itself",
+        note="of a path each stage (with elastica and antman all), choice of energy and error estimate: each anew",
         known="budget <= 1e9"
     )
     smallest: float | None = None

@@ -42,7 +42,7 @@ from compare.page.pair import Row, Times
 from compare.scene.scene import Scene
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
-from ribbonbench.errors import Missing, ShellMissing
+from ribbonbench.errors import BadInput, Missing, ShellMissing
 
 FloatArray = NDArray[np.float64]
 
@@ -127,13 +127,7 @@ def compare(
     grid = Grid.for_shape(scene, max(state.shape.bend if state.shape is not None else 1.0 for state in beside))
     lines = [_on_grid(state, grid) for state in beside]
     third = None if bare else third_opinion(scene, quick)
-    elastica = None
-    if third is not None:
-        begin = fast.shape if fast.ok else None
-        try:
-            elastica = third.solve(scene, near=begin, options=Options(error=True, repeats=None), say=reporter)
-        except ModuleNotFoundError as error:  # an optional library: a third opinion that is not to be had here
-            reporter.aside(f"without the elastica beside it: {error.name} is not installed")
+    elastica = None if third is None else _beside(third, scene, fast, reporter)
     planar = None if elastica is None or elastica.shape is None else elastica.shape.centreline(grid.s)
     several = scene.several_equilibria or bool(leave_saddle) or fast.left_saddle is not None
     rows: list[Row] = []
@@ -157,6 +151,19 @@ def compare(
     line = lines[-1][1]
     apart = None if planar is None or line is None else centreline_distance(line, planar)
     return Comparison(scene, fast, elastica, apart, found, tuple(shells), grid, fit_slope(found), beside)
+
+
+def _beside(third: Model, scene: Scene, fast: State, reporter: Reporter) -> State | None:
+    """The third opinion, begun at the shape of `fast`; None where it is not to be had, which is told."""
+    try:
+        return third.solve(
+            scene, near=fast.shape if fast.ok else None, options=Options(error=True, repeats=None), say=reporter
+        )
+    except ModuleNotFoundError as error:  # an optional library
+        reporter.aside(f"without the elastica beside it: {error.name} is not installed")
+    except BadInput as refused:  # it is not beside that shape, and cannot go the scene's own path, which leaves a plane
+        reporter.aside(f"without the elastica beside it: {refused.key} {refused.problem}")
+    return None
 
 
 def one_energy(variants: tuple[Variant, ...]) -> tuple[Variant, ...]:

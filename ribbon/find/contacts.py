@@ -191,9 +191,9 @@ def points_beyond(problem: MixedProblem, x: FloatArray, minima: list[tuple[float
         if isinstance(problem.walls[touch.wall], Solid) and penetration.bends(problem, x, touch):
             touches |= _on_edge(problem, touch)
             continue
-        known = [t.s for t in problem.touching if t.wall == touch.wall and _line(t.side) == _line(touch.side)]
+        known = [t.s for t in problem.touching if t.wall == touch.wall and line(t.side) == line(touch.side)]
         i = int(np.clip(np.searchsorted(starts, touch.s, side="right") - 1, 0, problem.lengths.size - 1))
-        if _line(touch.side) == penetration.BETWEEN:  # joints are held at their edges alone
+        if line(touch.side) == penetration.BETWEEN:  # joints are held at their edges alone
             if np.abs(np.subtract(known, touch.s)).min(initial=np.inf) > _APART * problem.lengths[i]:
                 inside = _INSIDE * problem.lengths[i]
                 s = float(np.clip(touch.s, starts[i] + inside, starts[i + 1] - inside))
@@ -216,9 +216,9 @@ def points_beyond(problem: MixedProblem, x: FloatArray, minima: list[tuple[float
 def _on_edge(problem: MixedProblem, touch: Touch) -> set[Touch]:
     """What is to slide on a body's round edge or corner: around a place, in segments where nothing slides there yet."""
     starts = np.concatenate([[0.0], np.cumsum(problem.lengths)])
-    side = _line(touch.side)
+    side = line(touch.side)
     sliding = {
-        problem.segment_at(t.s) for t in problem.touching if t.slides and (t.wall, _line(t.side)) == (touch.wall, side)
+        problem.segment_at(t.s) for t in problem.touching if t.slides and (t.wall, line(t.side)) == (touch.wall, side)
     }
     return {
         Touch(touch.wall, float(np.clip(touch.s, starts[i] + _INSIDE * own, starts[i + 1] - _INSIDE * own)), side, True)
@@ -228,7 +228,7 @@ def _on_edge(problem: MixedProblem, touch: Touch) -> set[Touch]:
     }
 
 
-def _line(side: float) -> float:
+def line(side: float) -> float:
     """Which of the lines along the strip a point at `side` is on: an edge (1 or -1), or what is between them (0)."""
     return side if abs(side) == 1.0 else 0.0
 
@@ -336,8 +336,16 @@ def pushed(problem: MixedProblem, x: FloatArray, rows: FloatArray, k: int) -> li
         held = problem.touch_rows(k)
         along = starts[held.segments] + held.places(x)
         pushes = -rows[slices[f"touch_{k}"]]
-        points += [(float(s), _line(float(v)), float(p)) for s, v, p in zip(along, held.sides, pushes, strict=True)]
+        points += [(float(s), line(float(v)), float(p)) for s, v, p in zip(along, held.sides, pushes, strict=True)]
     return points
+
+
+def across(problem: MixedProblem, x: FloatArray, k: int) -> list[float]:
+    """Where across, from -1 to 1, each of the points of `pushed` is: round obstacles push between the edges too."""
+    sides = [side for _ in problem.wall_rows(k).joints for side in (1.0, -1.0)]
+    if f"touch_{k}" in problem.blocks():
+        sides += [float(v) for v in problem.touch_rows(k).across(x)]
+    return sides
 
 
 def _groups(problem: MixedProblem, points: list[tuple[float, float]]) -> list[list[tuple[float, float]]]:
@@ -357,7 +365,7 @@ def place_slides(problem: MixedProblem, place: _Place) -> bool:
     near = [
         touch
         for touch in problem.touching
-        if (touch.wall, _line(touch.side)) == (place.wall, place.side) and abs(problem.segment_at(touch.s) - i) <= 1
+        if (touch.wall, line(touch.side)) == (place.wall, place.side) and abs(problem.segment_at(touch.s) - i) <= 1
     ]
     return bool(near) and all(touch.slides for touch in near)
 
@@ -392,7 +400,7 @@ def with_sliding(problem: MixedProblem, minimum: Minimum, places: list[_Place]) 
     kept = [
         touch
         for touch in problem.touching
-        if (touch.wall, _line(touch.side), problem.segment_at(touch.s)) not in replaced
+        if (touch.wall, line(touch.side), problem.segment_at(touch.s)) not in replaced
     ]
     fresh = problem.with_changes(touching=(*kept, *sorted(shares)))
     rows = carried_rows(problem, fresh, minimum, shares)
@@ -408,11 +416,11 @@ def with_sliding(problem: MixedProblem, minimum: Minimum, places: list[_Place]) 
 
 def next_to_slide(problem: MixedProblem, touches: list[Touch]) -> list[Touch]:
     """What is to slide besides: places behind a wall in segments next to one that slides."""
-    sliding = {(t.wall, _line(t.side), problem.segment_at(t.s)) for t in problem.touching if t.slides}
+    sliding = {(t.wall, line(t.side), problem.segment_at(t.s)) for t in problem.touching if t.slides}
     minimum = {}
     for touch in touches:
         i = problem.segment_at(touch.s)
-        side = _line(touch.side)
+        side = line(touch.side)
         near = {(touch.wall, side, j) for j in (i - 1, i + 1)}
         if near & sliding and (touch.wall, side, i) not in sliding:
             minimum[touch.wall, side, i] = touch._replace(slides=True)

@@ -17,12 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.errors import RibbonInputError
-from ribbon.find import apart, contacts, relax, snap
+from ribbon.find import contacts, relax
 from ribbon.find.solving import search
 from ribbon.find.solving import start as starts
 from ribbon.find.solving.request import How, Options, Progress, Seed
-from ribbon.find.tubes import swept
-from ribbon.judge import passage
 from ribbon.notes import Note
 from ribbon.problems import transfer
 from ribbon.problems.mixed import MixedProblem
@@ -101,6 +99,8 @@ def anchored(problem: Problem, state: Equilibrium) -> Problem:
         kept = tuple(t for t in state.problem.touching if t.wall < len(problem.walls) and not t.slides)
         problem = problem.with_changes(touching=kept)
     if isinstance(problem, MixedProblem) and isinstance(state.problem, MixedProblem) and problem.apart:
+        from ribbon.find import apart
+
         problem = problem.with_changes(pairs=apart.carried(problem, state.problem, state.x))
     return problem.anchored(state.problem.anchor(state.x))
 
@@ -161,6 +161,8 @@ def _corrected(
     if _touches_alike(problem, state):
         assert isinstance(problem, MixedProblem)
         assert isinstance(state.problem, MixedProblem)
+        from ribbon.find import apart
+
         x = state.x if before is None or before.x.size != state.x.size else state.x + factor * (state.x - before.x)
         rows = apart.rows_of(state.problem, problem, state)
         tried = search.from_state(problem, x, how, (rows, state.multipliers))
@@ -195,6 +197,8 @@ def _touches_alike(problem: Problem, state: Equilibrium) -> bool:
 def _short_steps(problem: Problem) -> dict[str, Any]:
     """Where strands of a round rod touch no step may lead past each other."""
     if isinstance(problem, MixedProblem) and problem.round and problem.pairs:
+        from ribbon.find import apart
+
         return {"travel": apart.TRAVEL * problem.apart}
     return {}
 
@@ -205,6 +209,8 @@ def _landed(problem: Problem, state: Equilibrium, tried: Equilibrium, how: How) 
     if _keeps(problem):
         assert isinstance(problem, MixedProblem)
         assert isinstance(state.problem, MixedProblem)
+        from ribbon.find import snap
+
         return snap.landed(problem, transfer.transferred(state.problem, state.x, problem), how)
     if problem.row_count and tried.rows.size == problem.row_count and np.all(np.isfinite(tried.x)):
         new = search.from_state(problem, tried.x, how, (tried.rows, tried.multipliers))
@@ -275,7 +281,7 @@ def follow(
         if jump and not step > 4.0 * smallest and _keeps(problem):
             new = _landed(problem, state, new, how)
             good = new.status in _GOOD
-        went = good and swept.through(state, new)  # a snap that it looks like is left in the end
+        went = good and _swept(state, new)  # a snap that it looks like is left in the end
         jump, least = jump or went, min(smallest, SMALLEST) if went else smallest
         if not good or (jump and step > 4.0 * least and (went or not leave_saddle)):
             log.append(asdict(record_of(target, step, new, False, seconds, jump)))
@@ -302,6 +308,15 @@ def follow(
     return replace(state, log=(*start.log, *log))
 
 
+def _swept(state: Equilibrium, new: Equilibrium) -> bool:
+    """Whether a body went through the strip on the way to the next state."""
+    if not new.problem.walls:
+        return False
+    from ribbon.find.tubes import swept
+
+    return swept.through(state.problem, state.x, new.problem, new.x)
+
+
 def _keeps(problem: Problem) -> bool:
     """Whether parts of the strip are kept apart."""
     return isinstance(problem, MixedProblem) and problem.apart > 0.0
@@ -313,6 +328,8 @@ def _unpassed(state: Equilibrium, new: Equilibrium) -> Equilibrium:
         return new
     assert isinstance(state.problem, MixedProblem)
     assert isinstance(new.problem, MixedProblem)
+    from ribbon.judge import passage
+
     found = passage.passage(state.problem, state.x, new.problem, new.x)
     if found is None:
         return new

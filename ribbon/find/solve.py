@@ -15,8 +15,6 @@ from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Barrier
 from ribbon.find import doubling, minima, stretched
 from ribbon.find.bands import folds
-from ribbon.find.friction import path as rubbing
-from ribbon.find.jointed import drawn
 from ribbon.find.solving import check as _check
 from ribbon.find.solving import coarse, search, start
 from ribbon.find.solving import refine as _refine
@@ -249,8 +247,12 @@ def refine(
     friction the last increment is gone again on them, from the same places.
     """
     if equilibrium.jointed is not None and parts == 2:
+        from ribbon.find.jointed import drawn
+
         return drawn.halved(equilibrium)
     if equilibrium.before is not None:
+        from ribbon.find.friction import path as rubbing
+
         return rubbing.finer(equilibrium, parts, How(options, progress))
     return _refine.cut_into(equilibrium, parts, How(options, progress, leave_saddle, check))
 

@@ -29,6 +29,8 @@ _SAMPLES, _TURN = 4, 0.1
 _FACING = 2.4
 #: Angle (rad) of rulings below which no place on them is nearest, and both their ends are looked at.
 _PARALLEL = 2e-2
+#: How far (l) what is in a plane may be off it.
+_FLAT = 1e-12
 #: Of so many samples one is a place beside which parts that lie along each other are looked at.
 _STATION = 4
 #: Times that a pair is put on the segment next to its own.
@@ -64,9 +66,8 @@ def _begins(
     first place might stay."""
     r, ruling, turned, _ = here
     reach = problem.apart + below
-    length = float(np.linalg.norm(ruling, axis=1).max())
     step = float(np.diff(s).max())
-    i, j = _close(r, reach + 2.0 * problem.reach * length + step)
+    i, j = _close(r, reach + nearer(r, ruling, problem.reach) + step)
     far = facing(problem, turned[i], turned[j], turned[-1])
     i, j = i[far], j[far]
     if not i.size:
@@ -214,8 +215,7 @@ def nearest(
 ) -> tuple[float, int, int] | None:
     """The least distance of far rulings, where it is smaller than `below`, and which two of them; far by any of the
     turns `turned`."""
-    length = float(np.linalg.norm(ruling, axis=1).max())
-    i, j = _close(r, below + 2.0 * problem.reach * length)
+    i, j = _close(r, below + nearer(r, ruling, problem.reach))
     far = np.zeros(i.size, dtype=bool)
     for each in turned:
         far |= facing(problem, each[i], each[j], each[-1])
@@ -231,6 +231,16 @@ def _close(r: FloatArray, reach: float) -> tuple[IntArray, IntArray]:
     """Pairs i < j of points (k, 3) no farther from each other than `reach`."""
     near = scipy.spatial.cKDTree(r).query_pairs(reach, output_type="ndarray")
     return near[:, 0], near[:, 1]
+
+
+def nearer(r: FloatArray, ruling: FloatArray, half: float) -> float:
+    """By how much (l) rulings (k, 3), from -`half` to `half`, may be nearer to each other than their middles r (k, 3):
+    not at all where these are in a plane that all rulings are normal to."""
+    axis = ruling[0] / np.linalg.norm(ruling[0])
+    aside = np.abs(np.cross(ruling, axis)).max(initial=0.0)
+    if half * aside < _FLAT and np.abs((r - r[0]) @ axis).max(initial=0.0) < _FLAT:
+        return 0.0
+    return float(2.0 * half * np.linalg.norm(ruling, axis=1).max())
 
 
 def _turned(normal: FloatArray) -> FloatArray:

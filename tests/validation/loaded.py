@@ -21,7 +21,9 @@ from typing import Any
 #: Programs that run none of our code.
 FOREIGN = re.compile(r"git|dpkg-query|ldconfig|ld|lscpu|uname|ccx|([\w]+-linux-gnu-)?(cc|gcc|g\+\+|c\+\+|ld)")
 #: Files whose names or whose use hold what they were made from, and what is no result.
-CONTENT = re.compile(r".*(\.py|\.pyc|\.so|\.nbc|\.c|\.c\.cached|/sources-[\d.]+\.json|/fontlist-[\w.-]+\.json)")
+CONTENT = re.compile(
+    r".*(\.py|\.pyc|\.so|\.nbc|\.c|\.c\.cached|/sources-[\d.]+\.json|/fontlist-[\w.-]+\.json|\.(egg|dist)-info/[\w.-]+)"
+)
 #: Where the system and the installed packages stand.
 SYSTEM = tuple(
     f"{os.path.realpath(place)}/"

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from compare.models.ribbon.build import build_arguments
 from compare.store.arrays import npz_bytes
 from compare.store.store import atomic_write_bytes
-from ribbon.find.jointed import drawn
 from ribbon.find.solving.request import How, Request
 
 if TYPE_CHECKING:
@@ -80,6 +79,8 @@ def begun(scene: Scene, leave_saddle: bool, landing: Landing) -> Equilibrium:
     request = Request.of(**build_arguments(scene))
     how = How(leave_saddle=leave_saddle, progress=landing.step)
     assert scene.seed_points is not None
+    from ribbon.find.jointed import drawn
+
     return drawn.solved(request, scene.seed_points, how, scene.model.budget, begin=landing.begin(), look=landing.look)
 
 
@@ -91,5 +92,7 @@ def followed(scene: Scene, state: Equilibrium, say: Say | None = None) -> Equili
     def step(iteration: int, energy: float, _: float) -> None:
         if say is not None:
             say(f"segments that follow what touches: iteration {iteration}, energy {energy:.6g} D w / l")
+
+    from ribbon.find.jointed import drawn
 
     return drawn.following(state, scene.model.budget, step)

@@ -27,28 +27,34 @@ _UNLIKE = "what touches on finer segments is not as many places and lines"
 
 
 def turns(e: Equilibrium) -> dict[str, float]:
-    """`twist` and `writhe` of an equilibrium, in turns, of the strip's own open curve."""
-    from ribbon.find.jointed.wound import writhe
+    """`twist` and `writhe` of an equilibrium, in turns, of the strip's own open curve, and `link`: twist and the writhe
+    of the curve closed far away (`ribbon.find.jointed.wound`), of one whose ends hold position and frame."""
+    from ribbon.find.jointed.wound import closed, writhe
 
     tau = e.tau(np.linspace(0.0, 1.0, _SAMPLES + 1))
     twist = float((0.5 * (tau[0] + tau[-1]) + tau[1:-1].sum()) / _SAMPLES / (2.0 * np.pi))
-    return {"twist": twist, "writhe": writhe(e.position(np.linspace(0.0, 1.0, _EDGES + 1)))}
+    r, start, end = e.position(np.linspace(0.0, 1.0, _EDGES + 1)), e.problem.start, e.problem.end
+    found = {"twist": twist, "writhe": writhe(r)}
+    if start is not None and end is not None and start.is_whole and end.is_whole:
+        found["link"] = twist + writhe(closed(r, np.asarray(start.frame), np.asarray(end.frame)[:, 2]))
+    return found
 
 
 def numbers(e: Equilibrium) -> dict[str, Any]:
-    """What errors are told of: `places` (k, 3) and `lines` (m, 5), abscissae and force; `turns` (2,)."""
+    """What errors are told of: `places` (k, 3) and `lines` (m, 5), abscissae and force; `turns`:
+    twist, writhe and, where it has one, link."""
     here, found = e.jointed, turns(e)
     places, lines = [], []
     if here is not None:
         where = zip(here.touching.places, here.pushes, strict=False)
         places = [[s, other, float(force)] for (s, other), force in where]
         lines = [[*line["s"], *line["s_other"], line["force"]] for line in here.lines()]
-    return {"places": places, "lines": lines, "turns": [found["twist"], found["writhe"]]}
+    return {"places": places, "lines": lines, "turns": list(found.values())}
 
 
 def errors(found: Sequence[Equilibrium], estimate: Estimate) -> dict[str, Any]:
     """Errors of the `numbers` of an equilibrium, one of several on ever finer segments: of each place and line
-    (abscissae, force), None where not as many touch; of twist and writhe."""
+    (abscissae, force), None where not as many touch; of twist, writhe and link."""
     chain = [numbers(e) for e in found]
 
     def of(name: str, k: int, part: slice) -> float | None:
@@ -60,7 +66,7 @@ def errors(found: Sequence[Equilibrium], estimate: Estimate) -> dict[str, Any]:
         name: [(of(name, k, slice(-1)), of(name, k, slice(-1, None))) for k in range(len(chain[0][name]))]
         for name in ("places", "lines")
     }
-    return {**out, "turns": [estimate([one["turns"][k] for one in chain]) for k in range(2)]}
+    return {**out, "turns": [estimate([one["turns"][k] for one in chain]) for k in range(len(chain[0]["turns"]))]}
 
 
 def asked(scene: Scene | None) -> bool:
@@ -105,12 +111,12 @@ def lines(scene: Scene, state: State) -> Any:
 
 
 def wound(scene: Scene, state: State) -> Any:
-    """Twist and writhe of a strip that begins in a drawn curve, with errors."""
+    """Twist, writhe and link of a strip that begins in a drawn curve, with errors."""
     if not asked(scene) or state.shape is None or not state.is_equilibrium:
         return ABSENT
     found: dict[str, Any] = dict(turns(state.native))
-    sure = _known(state).get("turns", [None, None])
-    for name, error in zip(("twist", "writhe"), sure, strict=True):
+    sure = _known(state).get("turns", [None] * len(found))
+    for name, error in zip(tuple(found), sure, strict=True):
         key = f"{name}_error"
         found |= {key: error} if error is not None else {key: None, f"{key}_why": state.error_why or "not estimated"}
     return found

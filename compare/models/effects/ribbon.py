@@ -50,6 +50,7 @@ def effects(scene: Scene) -> tuple[Effect, ...]:
         *_shape(scene, problem),
         *_ends(scene, problem),
         *_walls(scene, problem),
+        _itself(scene),
         *_procedure(scene),
     )
     return tuple(_measured(scene, problem, shape, effect) if effect.on else effect for effect in found)
@@ -290,6 +291,15 @@ def _walls(scene: Scene, problem: Any) -> list[Effect]:
         return [*found, _effect("pressure plates", False, "no wall has a stiffness", "no unknown")]
     adds = f"{plates} unknown{'s' if plates > 1 else ''} (heights) and their springs' energy"
     return [*found, _effect("pressure plates", True, "wall.stiffness", adds)]
+
+
+def _itself(scene: Scene) -> Effect:
+    """Contact of the strip with itself: nothing where no place touches, and the problem that is evaluated, of the
+    seed's shape, has none yet."""
+    if scene.apart is None:
+        return _effect("contact with itself", False, "no [contact]", "no look for places that are near each other")
+    adds = "looks for places that are near each other, shorter steps, an equation for each pair that touches"
+    return _effect("contact with itself", True, "contact.itself", adds)
 
 
 def _procedure(scene: Scene) -> list[Effect]:

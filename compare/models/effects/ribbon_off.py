@@ -25,7 +25,7 @@ from ribbon.find.solve import Problem, build
 FloatArray = NDArray[np.float64]
 
 #: Effects around the solves: the problem that is evaluated is the same without them.
-PROCEDURES = ("adaptive segments", "continuation path")
+PROCEDURES = ("adaptive segments", "continuation path", "contact with itself")
 #: An evaluation with and one without an effect are timed this often in turns; the median of the differences counts.
 _SAMPLES = 40
 #: Spread of the states at which it is timed.
@@ -72,6 +72,7 @@ _KEYS: Mapping[str, Callable[[Scene], dict[str, Any]]] = {
     "straight rulings": _straight,
     "contact": lambda scene: {"wall": None} | ({"obstacle": None} if scene.obstacles else {}),
     "pressure plates": _plates,
+    "contact with itself": lambda scene: {"contact": None},
     "friction": _rough,
     "continuation path": lambda scene: {"path": None},
     "adaptive segments": lambda scene: {"model.elements": DEFAULT_ELEMENTS},

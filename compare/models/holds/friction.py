@@ -49,16 +49,11 @@ def without_way(scene: Scene, has_path: bool) -> BadInput | None:
     return None
 
 
-def several_refused(scenes: Sequence[Scene], apart: bool) -> BadInput | None:
+def several_refused(scenes: Sequence[Scene]) -> BadInput | None:
     """Why several strips with friction are not computed; scenes: the first strip's in every stage of their path that
-    is not the scene, then in the scene; apart: whether strips are kept apart. None: they are, or have none."""
+    is not the scene, then in the scene. None: they are, or have none."""
     for scene in scenes:
         refusal = without_way(scene, len(scenes) > 1)
-        if refusal is None and apart:
-            for key, value in _coefficients(scene):
-                return BadInput(
-                    key, value, "and contact between strips are not known together", "leave one of the two out"
-                )
         if refusal is not None:
             return refusal
     return None

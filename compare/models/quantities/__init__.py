@@ -43,7 +43,9 @@ def walls_of(state: State) -> list[dict[str, Any]]:
     found = []
     for k, (wall, error) in enumerate(zip(walls, known, strict=True)):
         nowhere = not len(wall["lines"])
-        why = "it touches nowhere" if nowhere else f"{unlike} ({state.error_why})" if state.error_why else unlike
+        why = f"{unlike} ({state.error_why})" if state.error_why else unlike
+        if nowhere:
+            why = NO_LENGTH if len(wall["contacts"]) else "it touches nowhere"
         sure = None if nowhere else error
         entry = {**wall, "lines_error": sure, **({} if sure is not None else {"lines_error_why": why})}
         for name in ("mean_pressure", "greatest_pressure"):

@@ -127,7 +127,7 @@ QUANTITIES: tuple[Quantity[Answered], ...] = (
     Quantity("contact_complementarity", unit="D w / l", kind=DATA, note="largest push times its gap",
              of=_touches("complementarity")),
     Quantity("wound", kind=DATA, of=_touches("wound"),
-             note="turns of twist and writhe of a strip from a drawn curve"),
+             note="turns of twist, writhe and link of a strip from a drawn curve"),
     Quantity("taut_tension", unit="D w / l^2", kind=DATA, of=lambda a: _taut(a, "tension")),
     Quantity("taut_sag", unit="l", kind=DATA, of=lambda a: _taut(a, "sag")),
     Quantity("share", kind=DATA, of=lambda a: _stretching(a, "share")),

@@ -287,6 +287,12 @@ class RibbonModel(Model):
         from compare.models.ribbon.auto import with_energy
 
         with self._admitted(scene_at(0.0)):
+            if scene_at(0.0).apart is not None:
+                raise BadInput(
+                    "contact.itself", True,
+                    "changes along a branch what touches, which the ribbon does not follow there: it would go through "
+                    "itself", "go there by a [[path]], or leave it out (--set contact.itself=false)",
+                )  # fmt: skip
             first = self.settled(scene_at(0.0))
             energy = first.model.energy
 

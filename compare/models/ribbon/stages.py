@@ -36,7 +36,6 @@ from compare.store.store import atomic_write_bytes, case_key, jsonable
 from ribbon import Equilibrium, Status, archive, solve
 from ribbon.find.adaptive import refine_to_tolerance
 from ribbon.find.continuation import StepRecord, anchored, follow, switch
-from ribbon.find.friction import path as rubbing
 from ribbon.find.solve import Problem
 from ribbon.problems.friction.particles import Rub
 from ribbon.problems.itself.pairs import Pair
@@ -259,6 +258,8 @@ class _Walk:
         with within(self.stages[stage].model.budget):
             problem, begin = self.problem(stage, t), replace(place.equilibrium, log=())
             if self.rubs and len(problem.walls) == len(begin.problem.walls):
+                from ribbon.find.friction import path as rubbing
+
                 found = rubbing.stepped(problem, begin)
             else:
                 found = switch(problem, begin, leave_saddle=self.leave_saddle)
@@ -276,6 +277,8 @@ class _Walk:
         begin, steps = replace(place.equilibrium, log=()), self.steps[place.stage]
         with within(self.stages[place.stage].model.budget):
             if self.rubs:
+                from ribbon.find.friction import path as rubbing
+
                 found = rubbing.follow(self.at(place.stage), begin, steps=steps, on_step=step, begin=place.t)
             else:
                 found = follow(

@@ -30,7 +30,7 @@ def check_model(scene: StripsScene) -> None:
             'give one of the ribbon\'s, e.g. "wunderlich" or "kirchhoff"',
         )  # fmt: skip
     before = scene.stages[:-1] if scene.ends_at_its_last_stage else scene.stages
-    refusal = several_refused([stage.first for stage in (*before, scene)], scene.distance is not None)
+    refusal = several_refused([stage.first for stage in (*before, scene)])
     if refusal is not None:
         raise refusal
     if scene.friction and not before:

@@ -159,7 +159,10 @@ def segments_csv(ribbon: Mapping[str, FloatArray]) -> bytes:
 def contacts_csv(result: Mapping[str, Any], length: float, force: float) -> bytes | None:
     """Where the strip of a result.json touches, one line a place: a wall or an obstacle by name with the point x, y, z,
     or "itself" with both places s, v (times `length`), the gap likewise, and the push (times `force`); of several
-    strips "table on NAME", and "NAME on NAME" with the place of the first in space too; None: none."""
+    strips "table on NAME", and "NAME on NAME" with the place of the first in space too; None: none.
+
+    Friction on the strip (of the first of two) stands in lines of its own, "friction of " what it touches, with the
+    point at which it acts, the push there, friction in space and whether it sticks."""
     lines = _strips_lines(result, length, force) if "strips" in result else []
     for wall in result.get("walls") or ():
         for point, push in zip(wall.get("points") or (), wall.get("pushes") or (), strict=True):
@@ -171,7 +174,31 @@ def contacts_csv(result: Mapping[str, Any], length: float, force: float) -> byte
         lines.append(f"itself,,,,{at},{push:.12g},{length * pair['gap']:.12g}")
     if not lines:
         return None
-    return "\n".join(["touched,x,y,z,s,v,s_other,v_other,push,gap", *lines, ""]).encode()
+    rubbed = _rubbed(result, length, force)
+    names = "touched,x,y,z,s,v,s_other,v_other,push,gap"
+    if rubbed:  # the columns are there where something rubs
+        names, lines = f"{names},{_FRICTION}", [*(f"{line},,,," for line in lines), *rubbed]
+    return "\n".join([names, *lines, ""]).encode()
+
+
+_FRICTION = "friction_x,friction_y,friction_z,state"
+
+
+def _rubbed(result: Mapping[str, Any], length: float, force: float) -> list[str]:
+    """Lines of all places that rub, of walls and between strips."""
+    found = []
+    for wall in result.get("walls") or ():
+        sides = wall["strips"].items() if "strips" in wall else [("", wall)]
+        for name, own in sides:
+            found += [(f"{wall['name']} on {name}" if name else wall["name"], rub) for rub in own.get("rubs") or ()]
+    contact = result.get("contact") or {}
+    found += [(f"{rub['b']} on {rub['a']}", rub) for rub in contact.get("rubs") or ()]
+    lines = []
+    for name, rub in found:
+        at = ",".join(f"{length * value:.12g}" for value in rub["point"])
+        rubs = ",".join(f"{force * value:.12g}" for value in rub["friction"])
+        lines.append(f"friction of {name},{at},,,,,{force * rub['push']:.12g},,{rubs},{rub['state']}")
+    return lines
 
 
 def _strips_lines(result: Mapping[str, Any], length: float, force: float) -> list[str]:

@@ -160,6 +160,11 @@ def able(scene: Scene) -> Branches:
         raise BadInput(
             "--all", "friction", "holds many states, of which the way decides", "ask without --all, or without friction"
         )
+    if scene.apart is not None:
+        raise BadInput(
+            "--all", "contact.itself", "is not known to what tells states apart: they may go through themselves",
+            "ask without --all, or without contact.itself",
+        )  # fmt: skip
     check_keys(registry.model(name), scene)
     return model
 

@@ -132,15 +132,15 @@ def rubbing(problem: MixedProblem, x: FloatArray, rows: FloatArray, history: His
         own = [(rub, force) for rub, force in zip(problem.rubs, forces, strict=True) if rub.wall == k]
         every = contacts.pushed(problem, x, rows, k)
         least = LEAST * max([1.0, *(push for _, _, push in every)])
-        for s, side, push in every:
+        for (s, side, push), v in zip(every, contacts.across(problem, x, k), strict=True):
             if push <= least or not history.known(k, s):
                 continue
-            near = [pair for pair in own if pair[0].side == side] or own
+            near = [pair for pair in own if contacts.line(pair[0].side) == side] or own
             force, stiffness = np.zeros(3), SOFT
             if near:
                 old, force = min(near, key=lambda pair: abs(pair[0].s - s))
                 stiffness = min(STIFF, STIFFER * old.stiffness)
-            rub = _rub(problem, x, k, s, side, wall.friction * push, force)
+            rub = _rub(problem, x, k, s, v, wall.friction * push, force)
             found.append(rub._replace(stiffness=stiffness))
     return tuple(_with_places(problem, history, tuple(found)))
 
@@ -182,9 +182,9 @@ def difference(problem: MixedProblem, minimum: Minimum, rubs: tuple[Rub, ...]) -
     worst = 0.0
     for rub in rubs:
         near = [
-            (abs(old.particle - rub.particle), k)
+            (max(abs(old.particle - rub.particle), problem.half_width * abs(old.side - rub.side)), k)
             for k, old in left.items()
-            if (old.wall, old.side) == (rub.wall, rub.side)
+            if (old.wall, contacts.line(old.side)) == (rub.wall, contacts.line(rub.side))
         ]
         away, k = min(near, default=(np.inf, -1))
         if away > _PLACED:

@@ -2,7 +2,8 @@
 
 A path begins where the strip is put on its walls, without friction; from there on the particles that a wall pushes go
 along it only against Coulomb's friction (`ribbon.find.friction.increment`). What touches anew has none in its first
-increment, and where the strip snaps its friction is that of the straight way there: a jump is told. What friction has
+increment, and where the strip snaps its friction is that of the straight way there: a jump is told. One after which a
+body has gone through the strip (`ribbon.find.tubes.swept`) is cut as a jump is. What friction has
 taken away is the sum of its work, |T| times the slip, over all increments.
 """
 
@@ -32,6 +33,7 @@ from ribbon.find.friction.history import History
 from ribbon.find.friction.increment import increment
 from ribbon.find.solving import search
 from ribbon.find.solving.request import How, Progress
+from ribbon.find.tubes import swept
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Status
@@ -82,10 +84,12 @@ def follow(
         seconds = time.perf_counter() - clock
         moved, jump, _ = movement(state, new, speed, step) if new.status in _GOOD else (0.0, False, None)
         jump = jump and moved > _STILL
-        if new.status not in _GOOD or (jump and CUT * step >= smallest):
+        went = new.status in _GOOD and swept.through(state.problem, state.x, new.problem, new.x)
+        jump, least = jump or went, min(smallest, SMALLEST) if went else smallest
+        if new.status not in _GOOD or (jump and CUT * step >= least):
             log.append(asdict(record_of(target, step, new, False, seconds, jump)))
             size = CUT * step
-            if size < smallest:
+            if size < least:
                 return stopped(state, new, t, start, log)
             continue
         record = record_of(target, step, new, True, seconds, jump)

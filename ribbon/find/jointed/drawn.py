@@ -7,7 +7,8 @@ carried normal w and its cross product with the tangent have the curvature vecto
 
     omega = -(k_1 cos phi - k_2 sin phi) ,   kappa_2 = k_2 cos phi + k_1 sin phi ,
 
-since t_z' = -omega t_y + kappa_2 t_x, t_x = t_y x t_z.
+since t_z' = -omega t_y + kappa_2 t_x, t_x = t_y x t_z. A rod that may turn about the axis of its clamps for nothing
+begins turned to where its row holds it (`ribbon.problems.alike`): turned there by a search it loses its shape.
 """
 
 from __future__ import annotations
@@ -39,6 +40,8 @@ FloatArray = NDArray[np.float64]
 EDGES, CLEAR = 160, 1.1
 #: Distance (l) of strands that keep none, from which a polygon's push each other away.
 _THIN = 1e-3
+#: How near (l) to the axis of the clamps a place says no side of it.
+_ON_AXIS = 1e-6
 #: How often a state is gone downhill of again, on segments that end where it touches.
 _LANDINGS = 3
 #: Turns by which the link of a state may be other than the drawn curve's.
@@ -68,14 +71,31 @@ def unknowns(problem: MixedProblem, curve: ArrayLike) -> FloatArray:
     ends = ends_of(problem)
     points = np.asarray(curve, dtype=float)
     smooth = polygon.relaxed(points, CLEAR * (problem.apart or _THIN), EDGES, ends).points
-    s = joints(problem.lengths)
     frame = np.asarray(problem.start.frame)  # type: ignore[union-attr]
+    if problem.spins:
+        smooth = _turned(smooth, ends, frame[:, 1])
+    s = joints(problem.lengths)
     one, other, arrives, _ = polygon.fields(smooth, s, ends, frame[:, 1])
     held = np.asarray(problem.end.frame)[:, 1]  # type: ignore[union-attr]
     angle = float(np.arctan2(np.cross(arrives, held) @ ends.arrives, arrives @ held))
     turned = angle * s
     omega = -(one * np.cos(turned) - other * np.sin(turned))
     return problem.state(omega, np.full(s.size, angle), other * np.cos(turned) + one * np.sin(turned))
+
+
+def _turned(points: FloatArray, ends: polygon.Ends, normal: FloatArray) -> FloatArray:
+    """Points (k, 3) turned about the axis of the ends, the shorter way, until the place halfway is in the plane of the
+    axis and `normal` (3,)."""
+    from scipy.spatial.transform import Rotation
+
+    axis = ends.leaves
+    middle = np.array([np.interp(0.5, np.linspace(0.0, 1.0, len(points)), points[:, k]) for k in range(3)]) - ends.first
+    out, aside = float(middle @ normal), float(middle @ np.cross(axis, normal))
+    if np.hypot(out, aside) < _ON_AXIS:
+        return points
+    angle = np.arctan2(aside, out)
+    angle -= np.pi * np.round(angle / np.pi)
+    return np.asarray(Rotation.from_rotvec(-angle * axis).apply(points - ends.first) + ends.first)
 
 
 def solved(

@@ -10,7 +10,6 @@ import numpy as np
 from ribbon.errors import RibbonInputError
 from ribbon.find import doubling, stretched
 from ribbon.find.bands import folds
-from ribbon.find.layers import plane
 from ribbon.find.solving.request import How
 from ribbon.find.solving.search import from_near, from_state
 from ribbon.find.solving.verdict import judged
@@ -64,7 +63,7 @@ def onto(equilibrium: Equilibrium, lengths: FloatArray, how: How) -> Equilibrium
         if state is not None and state.ok:
             return state
     start = transfer.transferred(old, equilibrium.x, fresh)
-    lain = plane.lain(fresh, start, how.options, how.progress) if plane.is_layered(old, equilibrium.x) else None
+    lain = _lain(old, equilibrium.x, fresh, start, how) if old.pairs else None
     if lain is not None:
         return judged(*lain, how)
     state = from_near(fresh, start, how)
@@ -73,6 +72,15 @@ def onto(equilibrium: Equilibrium, lengths: FloatArray, how: How) -> Equilibrium
         return state
     ended = Note.ANOTHER_STATE.text(segments=fresh.lengths.size)
     return replace(state, status=Status.NOT_CONVERGED, stable=None, message=ended, notes=(Note.ANOTHER_STATE,))
+
+
+def _lain(
+    old: MixedProblem, x: FloatArray, fresh: MixedProblem, start: FloatArray, how: How
+) -> tuple[MixedProblem, Minimum] | None:
+    """Layers in a plane again, from `start` (n,); None: the old state x has none, or none are found."""
+    from ribbon.find.layers import plane
+
+    return plane.lain(fresh, start, how.options, how.progress) if plane.is_layered(old, x) else None
 
 
 def climbed(few: Equilibrium, problem: MixedProblem) -> Equilibrium | None:

@@ -6,10 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypedDict
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ribbon.boundary import Clamp, Closure
 from ribbon.contact import Barrier
+from ribbon.errors import RibbonInputError
 from ribbon.loads import Gravity, tip_force
 from ribbon.problems.chained import segment_lengths
 from ribbon.problems.mixed import MixedProblem
@@ -23,7 +25,7 @@ Progress = Callable[[int, float, float], None]
 #: Options of a minimiser, by the names that Ipopt has for them.
 Options = dict[str, Any]
 #: A field of the starting shape: a number, or values at equally spaced abscissae from s = 0 to s = l.
-Values = float | tuple[float, ...] | list[float]
+Values = float | tuple[float, ...] | list[float] | NDArray[np.float64]
 
 
 class StripKeywords(TypedDict, total=False):
@@ -148,6 +150,20 @@ class Seed:
 
     curvature: Values | str = "natural"
     ruling: Values = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("curvature", "ruling"):
+            object.__setattr__(self, name, _listed(f"seed_{name}", getattr(self, name)))
+
+
+def _listed(key: str, value: object) -> object:
+    """Values (k,) of an array as a list, of one without a length as a number; `RibbonInputError` for more columns."""
+    if not isinstance(value, np.ndarray):
+        return value
+    if value.ndim > 1:
+        shape = f"an array of the shape {value.shape}"
+        raise RibbonInputError(key, shape, "one number, or values from s = 0 to s = l in one row, of the shape (k,)")
+    return value.tolist()
 
 
 @dataclass(frozen=True)

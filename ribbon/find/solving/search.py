@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ribbon.find import apart, contacts, nested, other_models, relax, snap, stretched
-from ribbon.find.layers import plane
+from ribbon.find import contacts, nested, other_models, relax, stretched
 from ribbon.find.solving import saddle
 from ribbon.find.solving.request import How, Options, Progress
 from ribbon.find.solving.verdict import judged
@@ -33,8 +32,11 @@ def from_state(problem: Problem, x: FloatArray, how: How, warm: Warm | None = No
     state = once(problem, x, how, warm)
     if not how.leave_saddle:
         return state
-    keeps = isinstance(problem, MixedProblem) and problem.apart
-    return snap.left(state, how) if keeps else saddle.left(state, how, once)
+    if not (isinstance(problem, MixedProblem) and problem.apart):
+        return saddle.left(state, how, once)
+    from ribbon.find import snap
+
+    return snap.left(state, how)
 
 
 def from_shape(problem: Problem, omega: FloatArray, eta: FloatArray, how: How) -> Equilibrium:
@@ -59,11 +61,19 @@ def once(problem: Problem, x: FloatArray, how: How, warm: Warm | None = None) ->
         assert isinstance(problem, MixedProblem)
         problem, minimum = contacts.held(problem, minimum, how.options, how.progress)
     if isinstance(problem, MixedProblem) and problem.apart:
-        first = problem
-        problem, minimum = apart.kept(problem, minimum, how.options, how.progress)
-        if not plane.stands(problem, minimum):
-            problem, minimum = plane.lain(first, x, how.options, how.progress) or (problem, minimum)
+        problem, minimum = _kept_apart(problem, x, minimum, how)
     return judged(problem, minimum, how)
+
+
+def _kept_apart(problem: MixedProblem, x: FloatArray, minimum: Minimum, how: How) -> tuple[MixedProblem, Minimum]:
+    """With the places where parts of the strip meet, from the start x (n,) and the equilibrium without these."""
+    from ribbon.find import apart
+    from ribbon.find.layers import plane
+
+    kept, found = apart.kept(problem, minimum, how.options, how.progress)
+    if plane.stands(kept, found):
+        return kept, found
+    return plane.lain(problem, x, how.options, how.progress) or (kept, found)
 
 
 def _sharpened(problem: MixedProblem, x: FloatArray, how: How) -> tuple[MixedProblem, Minimum | None]:

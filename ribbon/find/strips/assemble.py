@@ -81,7 +81,7 @@ def assembled(
     `stiffness` and `in_plane` of the energy. `RibbonInputError` for what contradicts itself."""
     if not members:
         raise RibbonInputError("strips", 0, "give one strip at least")
-    _check_walls(walls, apart)
+    _check_walls(walls)
     if not (np.isfinite(friction) and friction >= 0.0) or (friction and not apart):
         raise RibbonInputError("friction", friction, "a coefficient >= 0, of strips that are kept apart")
     _check_joints(members, joints)
@@ -126,13 +126,11 @@ def assembled(
     )
 
 
-def _check_walls(walls: Sequence[Barrier], apart: float) -> None:
+def _check_walls(walls: Sequence[Barrier]) -> None:
     if any(wall.stiffness is not None for wall in walls):
         raise RibbonInputError("walls", len(walls), "walls of several strips are rigid; leave their stiffness out")
     if any(wall.friction and isinstance(wall, Solid) for wall in walls):
         raise RibbonInputError("walls", len(walls), "boxes and edges have no friction; planes and round bodies may")
-    if apart and any(wall.friction for wall in walls):
-        raise RibbonInputError("walls", len(walls), "have no friction where strips are kept apart; leave one out")
 
 
 def _load(member: Member) -> tuple[float, float, float] | None:

@@ -16,7 +16,7 @@ def refined(state: StripsEquilibrium, parts: int = 2) -> StripsEquilibrium:
     fresh = old.with_parts(
         [{"lengths": np.repeat(part.lengths / parts, parts), "touching": (), "rubs": ()} for part in old.parts]
     )
-    if state.before is not None and old.mu > 0.0:
+    if state.before is not None and old.apart:
         return sliding.finer(fresh, state)
     if state.before is not None:
         return rubbing.finer(fresh, state)

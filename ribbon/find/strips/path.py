@@ -1,8 +1,9 @@
 """Several strips along a path: clamps, walls and weight that vary, an equilibrium after each increment.
 
 Every increment begins at the last one's shape with its multipliers, what is held put where it is now. It is cut where
-no equilibrium is found, and where the strips go much farther than the last increments let expect; what is left at the
-smallest one is a jump, and told. On walls with friction each is one of Coulomb's (`ribbon.find.strips.rubbing`).
+no equilibrium is found, where the strips go much farther than the last increments let expect, and where a body went
+through one of them (`ribbon.find.tubes.swept`); what is left at the smallest one is a jump, and told. On walls with
+friction each is one of Coulomb's (`ribbon.find.strips.rubbing`).
 Strips that are kept apart go downhill by short steps (`ribbon.find.strips.touch`).
 """
 
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from ribbon.find.strips import moment, rubbing, sliding, solve, touch
 from ribbon.find.strips.result import StripsEquilibrium
+from ribbon.find.tubes import swept
 from ribbon.problems.strips.problem import StripsProblem
 from ribbon.result import Status
 from ribbon.solvers import newton_rows
@@ -70,6 +72,7 @@ def follow(
         moved = solve.distance(state, new) if good else np.inf
         expected = None if speed is None else speed * (target - t)
         jump = good and expected is not None and moved > max(LEAST, JUMP * expected)
+        jump = jump or (good and swept.through_strips(state.problem, state.x, new.problem, new.x))
         kept = good and (not jump or CUT * (target - t) < smallest)
         log.append(Increment(target, new.status.code, kept, moved, jump and kept))
         if not kept:
@@ -90,10 +93,11 @@ def stepped(problem: StripsProblem, state: StripsEquilibrium) -> StripsEquilibri
     bare = problem.with_parts([{"reference": tuple(map(float, turn))} for turn in turns])
     bare = moment.taken_at(bare, state.x)
     held = bare.with_parts([{"touching": part.touching} for part in old.parts])
-    if rubbing.rub(problem.parts[0].walls):
-        return rubbing.increment(held, bare, state)
-    if problem.apart and problem.mu > 0.0:
+    on_walls = rubbing.rub(problem.parts[0].walls)
+    if problem.apart and (on_walls or problem.mu > 0.0):
         return sliding.increment(held, state)
+    if on_walls:
+        return rubbing.increment(held, bare, state)
     return replace(_without_friction(held, bare, state), rubbed=state.rubbed)
 
 

@@ -39,8 +39,8 @@ def rub(walls: Sequence[Barrier]) -> bool:
 def increment(problem: StripsProblem, bare: StripsProblem, state: StripsEquilibrium) -> StripsEquilibrium:
     """The equilibrium one increment behind `state` of `problem`, with what `state` holds held, or of `bare`, without;
     not converged where no minimum is found, or bounds and friction do not settle."""
-    histories = [History.of(strip) for strip in state.strips]
-    new = _settled(*_begun(problem, bare, state, histories), histories)
+    own = histories(state)
+    new = _settled(*_begun(problem, bare, state, own), own)
     if new.status not in _GOOD:
         return new
     return replace(new, rubbed=(state.rubbed or 0.0) + lost(new), before=replace(state, before=None))
@@ -56,62 +56,86 @@ def finer(fresh: StripsProblem, state: StripsEquilibrium) -> StripsEquilibrium:
     """The end of the last increment by `fresh`, the problem of `state` on shorter segments; what came before it stays
     as it was."""
     assert state.before is not None
-    histories = [History.of(strip) for strip in state.before.strips]
-    each = zip(fresh.parts, state.strips, histories, strict=True)
-    begun = _with(fresh, [alone.again(part, strip, history) for part, strip, history in each])
+    own = histories(state.before)
+    softly = begun(fresh, state, own)
     x = solve.carried(state, fresh)
-    point = newton_rows.minimise(begun, x, {"max_iter": _COLD, "mu_init": 1e-5})
-    return _settled(begun, point, histories)
+    point = newton_rows.minimise(softly, x, {"max_iter": _COLD, "mu_init": 1e-5})
+    return _settled(softly, point, own)
 
 
-def _with(problem: StripsProblem, rubs: Sequence[tuple[Rub, ...]]) -> StripsProblem:
+def histories(state: StripsEquilibrium) -> list[History]:
+    """Each strip's, of the state at the end of an increment."""
+    return [History.of(strip) for strip in state.strips]
+
+
+def rubbed(problem: StripsProblem, rubs: Sequence[tuple[Rub, ...]]) -> StripsProblem:
+    """The problem whose strips rub on walls as given."""
     return problem.with_parts([{"rubs": own} for own in rubs])
 
 
+def begun(problem: StripsProblem, state: StripsEquilibrium, before: Sequence[History]) -> StripsProblem:
+    """The problem at the beginning of its increment: what rubbed at the end of the last one rubs on."""
+    each = zip(problem.parts, state.strips, before, strict=True)
+    return rubbed(problem, [alone.again(part, strip, history) for part, strip, history in each])
+
+
+def found(problem: StripsProblem, point: Minimum, before: Sequence[History]) -> list[tuple[Rub, ...]]:
+    """What rubs on walls at an equilibrium with what the walls push there, of each strip in its own units."""
+    each = zip(problem.parts, each_of(problem, point), before, strict=True)
+    return [alone.rubbing(part, own.x, own.rows, history) for part, own, history in each]
+
+
+def difference(problem: StripsProblem, point: Minimum, rubs: Sequence[tuple[Rub, ...]]) -> float:
+    """By how much bounds and friction of `rubs` differ from those of the problem: the largest of the strips'."""
+    each = zip(problem.parts, each_of(problem, point), rubs, strict=True)
+    return max(alone.difference(part, own, some) for part, own, some in each)
+
+
+def softer(rubs: Sequence[tuple[Rub, ...]]) -> list[tuple[Rub, ...]]:
+    """The same places with the stiffness that an increment begins with."""
+    return [tuple(one._replace(stiffness=alone.SOFT) for one in own) for own in rubs]
+
+
 def _begun(
-    problem: StripsProblem, bare: StripsProblem, state: StripsEquilibrium, histories: Sequence[History]
+    problem: StripsProblem, bare: StripsProblem, state: StripsEquilibrium, before: Sequence[History]
 ) -> tuple[StripsProblem, Minimum]:
     """The first minimum: what rubbed at the end of the last increment rubs on."""
     x = np.clip(state.x, *problem.bounds())
-    each = zip(problem.parts, state.strips, histories, strict=True)
-    rubs = [alone.again(part, strip, history) for part, strip, history in each]
-    begun = _with(problem, rubs)
-    warm = (state.rows, state.multipliers) if state.rows.size == begun.row_count else None
-    point = newton_rows.minimise(begun, x, {"max_iter": _STEPS}, None, warm)
+    first = begun(problem, state, before)
+    warm = (state.rows, state.multipliers) if state.rows.size == first.row_count else None
+    point = newton_rows.minimise(first, x, {"max_iter": _STEPS}, None, warm)
     if point.residual <= RESIDUAL_TOLERANCE or spent():
-        return begun, point
-    begun = _with(bare, rubs)
-    return begun, newton_rows.minimise(begun, x, {"max_iter": _COLD, "mu_init": 1e-3})
+        return first, point
+    first = rubbed(bare, [part.rubs for part in first.parts])
+    return first, newton_rows.minimise(first, x, {"max_iter": _COLD, "mu_init": 1e-3})
 
 
-def _settled(problem: StripsProblem, point: Minimum, histories: Sequence[History]) -> StripsEquilibrium:
+def _settled(problem: StripsProblem, point: Minimum, before: Sequence[History]) -> StripsEquilibrium:
     """The end of the increment: rounds of bounds and guesses until they settle."""
     change, least, idle = np.inf, np.inf, 0
     for _ in range(alone.ROUNDS):
         if point.residual > RESIDUAL_TOLERANCE or spent():
             break
         problem, point, _ = solve.settled(problem, point)
-        each = list(zip(problem.parts, each_of(problem, point), histories, strict=True))
-        rubs = [alone.rubbing(part, own.x, own.rows, history) for part, own, history in each]
-        change = max(alone.difference(part, own, found) for (part, own, _), found in zip(each, rubs, strict=True))
+        rubs = found(problem, point, before)
+        change = difference(problem, point, rubs)
         least, idle = (change, 0) if change < 0.5 * least else (least, idle + 1)
         if change <= alone.SETTLED or (change <= alone.LEFT and idle >= alone.IDLE):
             break
         problem, point = _next(problem, point, rubs)
-    found = solve.judged(problem, point)
-    if found.status not in _GOOD or change <= alone.LEFT:
-        return found
+    state = solve.judged(problem, point)
+    if state.status not in _GOOD or change <= alone.LEFT:
+        return state
     text = Note.RUBS_UNSETTLED.text(change=change, rounds=alone.ROUNDS)
-    return replace(found, status=Status.NOT_CONVERGED, stable=None, message=text)
+    return replace(state, status=Status.NOT_CONVERGED, stable=None, message=text)
 
 
 def _next(problem: StripsProblem, point: Minimum, rubs: Sequence[tuple[Rub, ...]]) -> tuple[StripsProblem, Minimum]:
     """The problem with other bounds and guesses and its minimum, with softer places where none is found at once."""
-    softer = [tuple(one._replace(stiffness=alone.SOFT) for one in own) for own in rubs]
-    for tried in (rubs, softer):
-        fresh = _with(problem, tried)
-        found = newton_rows.minimise(fresh, point.x, {"max_iter": _STEPS_NEXT}, None, (point.rows, point.multipliers))
-        found = replace(found, iterations=found.iterations + point.iterations, seconds=found.seconds + point.seconds)
-        if found.residual <= RESIDUAL_TOLERANCE:
-            return fresh, found
+    for tried in (rubs, softer(rubs)):
+        fresh = rubbed(problem, tried)
+        again = newton_rows.minimise(fresh, point.x, {"max_iter": _STEPS_NEXT}, None, (point.rows, point.multipliers))
+        again = replace(again, iterations=again.iterations + point.iterations, seconds=again.seconds + point.seconds)
+        if again.residual <= RESIDUAL_TOLERANCE:
+            return fresh, again
     return fresh, newton_rows.minimise(fresh, point.x, {"max_iter": _COLD, "mu_init": 1e-5})

@@ -2,11 +2,13 @@
 
 Where they push each other at the end of an increment, and pushed each other near there at its beginning, the spot of
 one goes along the other only against Coulomb's friction. Bounds and guesses settle in rounds, as on walls
-(`ribbon.find.friction.increment`); places of contact, which slide, are those of the last minimum.
+(`ribbon.find.friction.increment`); places of contact, which slide, are those of the last minimum. What rubs on walls
+beside is found in the same rounds (`ribbon.find.strips.rubbing`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,9 +17,10 @@ from numpy.typing import NDArray
 from ribbon import surface
 from ribbon.find.friction import increment as alone
 from ribbon.find.friction.history import FAR, SEGMENTS
-from ribbon.find.strips import solve, touch
+from ribbon.find.strips import rubbing, solve, touch
 from ribbon.find.strips.result import StripsEquilibrium
 from ribbon.notes import Note
+from ribbon.problems.friction.particles import Rub
 from ribbon.problems.strips.between import BetweenRows
 from ribbon.problems.strips.problem import StripsProblem
 from ribbon.problems.strips.slide import Slide, Spot, spot_rows
@@ -41,17 +44,20 @@ def increment(problem: StripsProblem, state: StripsEquilibrium) -> StripsEquilib
     """The equilibrium of `problem` one increment behind `state`; not converged where no minimum is found, or bounds and
     friction do not settle."""
     x = np.clip(state.x, *problem.bounds())
-    new = _settled(*touch.downhill(problem.with_changes(slides=_again(state)), x), state)
+    begun = rubbing.begun(problem.with_changes(slides=_again(state)), state, rubbing.histories(state))
+    new = _settled(*touch.downhill(begun, x), state)
     if new.status not in _GOOD:
         return new
-    return replace(new, rubbed=(state.rubbed or 0.0) + lost(new), before=replace(state, before=None))
+    taken = lost(new) + rubbing.lost(new)
+    return replace(new, rubbed=(state.rubbed or 0.0) + taken, before=replace(state, before=None))
 
 
 def finer(fresh: StripsProblem, state: StripsEquilibrium) -> StripsEquilibrium:
     """The end of the last increment by `fresh`, the problem of `state` on shorter segments."""
     assert state.before is not None
     slides = tuple(one._replace(stiffness=alone.SOFT) for one in state.problem.slides)
-    return _settled(*touch.downhill(fresh.with_changes(slides=slides), solve.carried(state, fresh)), state.before)
+    begun = rubbing.begun(fresh.with_changes(slides=slides), state, rubbing.histories(state.before))
+    return _settled(*touch.downhill(begun, solve.carried(state, fresh)), state.before)
 
 
 def lost(state: StripsEquilibrium) -> float:
@@ -68,6 +74,7 @@ def _again(state: StripsEquilibrium) -> tuple[Slide, ...]:
 def _settled(problem: StripsProblem, point: Minimum, before: StripsEquilibrium) -> StripsEquilibrium:
     """The end of the increment: rounds of bounds and guesses until they settle."""
     change, least, idle, depth, deep = np.inf, np.inf, 0, None, 0
+    histories = rubbing.histories(before)
     for _ in range(alone.ROUNDS):
         if point.residual > RESIDUAL_TOLERANCE or spent():
             break
@@ -76,11 +83,12 @@ def _settled(problem: StripsProblem, point: Minimum, before: StripsEquilibrium) 
         if deep > _DEEP:
             break
         fresh = slides(problem, point.x, point.rows, before)
-        change = _difference(problem, fresh)
+        rubs = rubbing.found(problem, point, histories)
+        change = max(_difference(problem, fresh), rubbing.difference(problem, point, rubs))
         least, idle = (change, 0) if change < 0.5 * least else (least, idle + 1)
         if change <= alone.SETTLED or (change <= alone.LEFT and idle >= alone.IDLE):
             break
-        problem, point = _next(problem, point, fresh)
+        problem, point = _next(problem, point, fresh, rubs)
     found = solve.judged(problem, point, depth)
     if found.status not in _GOOD or change <= alone.LEFT:
         return found
@@ -88,10 +96,13 @@ def _settled(problem: StripsProblem, point: Minimum, before: StripsEquilibrium) 
     return replace(found, status=Status.NOT_CONVERGED, stable=None, message=text)
 
 
-def _next(problem: StripsProblem, point: Minimum, fresh: tuple[Slide, ...]) -> tuple[StripsProblem, Minimum]:
+def _next(
+    problem: StripsProblem, point: Minimum, fresh: tuple[Slide, ...], rubs: Sequence[tuple[Rub, ...]]
+) -> tuple[StripsProblem, Minimum]:
     """The problem with other bounds and guesses and its minimum, with softer places where none is found at once."""
-    for own in (fresh, tuple(one._replace(stiffness=alone.SOFT) for one in fresh)):
-        tried = problem.with_changes(slides=own)
+    softer = tuple(one._replace(stiffness=alone.SOFT) for one in fresh)
+    for own, on_walls in ((fresh, rubs), (softer, rubbing.softer(rubs))):
+        tried = rubbing.rubbed(problem.with_changes(slides=own), on_walls)
         found = newton_rows.minimise(tried, point.x, {"max_iter": _STEPS}, None, (point.rows, point.multipliers))
         found = replace(found, iterations=found.iterations + point.iterations, seconds=found.seconds + point.seconds)
         if found.residual <= RESIDUAL_TOLERANCE:
@@ -102,6 +113,8 @@ def _next(problem: StripsProblem, point: Minimum, fresh: tuple[Slide, ...]) -> t
 def slides(problem: StripsProblem, x: FloatArray, rows: FloatArray, before: StripsEquilibrium) -> tuple[Slide, ...]:
     """Where strips push each other at x with the rows' multipliers, and did so near there at the end of the increment
     `before`: with the bounds that the pushes give, and what is known of their friction."""
+    if not problem.mu:
+        return ()
     known = [] if problem.friction is None else list(zip(problem.slides, problem.friction.forces(x), strict=True))
     largest = max((float(-rows[where].min(initial=0.0)) for where in _between(problem).values()), default=0.0)
     found = []
@@ -188,5 +201,5 @@ def _difference(problem: StripsProblem, fresh: tuple[Slide, ...]) -> float:
         worst = max(worst, abs(old.bound - slide.bound), slide.bound * away / _PLACED * alone.SETTLED)
         worst = max(worst, float(np.abs(np.subtract(old.force, slide.force)).max()))
     worst = max([worst, *(old.bound for old in left)])
-    size = max((slide.bound / problem.mu for slide in fresh), default=1.0)
+    size = max((slide.bound / problem.mu for slide in fresh if problem.mu), default=1.0)
     return worst / max(1.0, size)

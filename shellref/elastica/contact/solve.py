@@ -20,7 +20,7 @@ import numpy as np
 import scipy.sparse
 
 from ribbonbench import clock
-from shellref.elastica.contact.near import TOO_NEAR, alike, beside, settled, too_near
+from shellref.elastica.contact.near import TOO_NEAR, alike, beside, samples, settled, too_near
 from shellref.elastica.contact.places import Moving
 from shellref.elastica.contact.rows import Beside, Gap, Row, evaluated, slid
 from shellref.elastica.problem import Array
@@ -36,6 +36,8 @@ LONGEST, FIRST, SHORTEST = 0.1, 0.02, 1e-5
 TOUCHES = 1e-3
 #: How often the way from a shape to what is found beside it is looked at, and how far (l) into what it may not pass.
 _LOOKS, _INTO = 40, 5e-3
+#: Most looks at whether a bar goes over the strip in a step.
+_MOST_LOOKS = 4000.0
 
 
 @dataclass(frozen=True)
@@ -220,6 +222,8 @@ class Contact:
             there = self.settle(ahead, t, here, here.rows)
             if there is None and ahead is not here.z:
                 there = self.settle(here.z, t, here, here.rows)
+            if there is not None and self.crossed(here.z, there.z, here.t, t):
+                there = None
             if there is None:
                 step *= 0.5
                 if step < SHORTEST:
@@ -250,6 +254,24 @@ class Contact:
 
         allowed = max(depth(0.0), depth(1.0)) + _INTO
         return any(depth(share) > allowed for share in np.linspace(0.0, 1.0, _LOOKS + 1)[1:-1])
+
+    def crossed(self, begin: Array, end: Array, from_t: float, to_t: float) -> bool:
+        """Whether a bar and the strip go through each other, each going straight, from a shape (N + m,) at one t to
+        another at a later one: what goes over a circle comes within half a radius of its centre."""
+        first, last = self.system.way.at(from_t).barriers, self.system.way.at(to_t).barriers
+        s = samples(self._nodes)
+        r = [self.moving(z).shape(s)[2] for z in (begin, end)]
+        for one, other in zip(first, last, strict=True):
+            radius = min(one.radius, other.radius)
+            if math.isinf(radius) or other.side < 0.0:
+                continue
+            away = [place - np.array(barrier.point) for place, barrier in zip(r, (one, other), strict=True)]
+            went = float(np.linalg.norm(away[1] - away[0], axis=1).max())
+            looks = 1 + math.ceil(min(_MOST_LOOKS, 4.0 * went / radius))
+            for share in np.linspace(0.0, 1.0, looks + 1):
+                if np.linalg.norm(away[0] + share * (away[1] - away[0]), axis=1).min() < 0.5 * radius:
+                    return True
+        return False
 
     def through(self, state: Touching) -> float:
         """How far (l) any place of the strip is nearer than it may be."""

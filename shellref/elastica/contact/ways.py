@@ -89,6 +89,9 @@ def _downhill(contact: Contact, z: Array, here: Touching | None, taken: int) -> 
         return here, taken
     while t < 1.0 and step > LEAST and not clock.spent():
         ahead = min(1.0, t + step)
+        if contact.crossed(z, z, t, ahead):  # a bar would begin on the other side of the strip
+            step *= 0.25
+            continue
         layers = Layers(system, contact.degree, contact.tolerance, ahead)
         found = layers.settle(z)
         if not found.found:

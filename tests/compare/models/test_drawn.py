@@ -103,6 +103,8 @@ def test_twist_and_writhe_closed_far_away_are_the_clamps_turn():
     assert told[0]["writhe"] > 0.01
     assert told[1]["twist"] == pytest.approx(-told[0]["twist"], rel=1e-6)
     assert told[1]["writhe"] == pytest.approx(-told[0]["writhe"], rel=1e-6)
+    assert told[0]["link"] == pytest.approx(0.5 / (2.0 * np.pi), abs=1e-3)
+    assert told[1]["link"] == pytest.approx(-told[0]["link"], rel=1e-6)
     assert told[0]["twist_error"] is None
     assert told[0]["twist_error_why"]
 

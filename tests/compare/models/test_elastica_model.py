@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from compare.models import model
 from compare.models import solve as solve_scene
 from compare.models.base import Options
 from compare.models.elastica import start as elastica_start
@@ -17,6 +19,7 @@ from compare.pages.result import comparison_result
 from compare.scene.scene import load, loads
 from compare.store.progress import Reporter
 from compare.store.store import CaseStore
+from compare.studies.compare import _beside as beside
 from compare.studies.compare import compare
 from compare.studies.effects import explain
 from ribbonbench.errors import BadInput
@@ -142,6 +145,23 @@ def test_a_pinned_or_a_sliding_end_is_planar():
     assert ends[0].end == pytest.approx((0.5, 0.0), abs=1e-9)
     assert ends[0].forces.end_moment == 0.0
     assert ends[1].forces.end == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+def test_compare_goes_on_where_the_elastica_cannot_go_the_path():
+    """A scene that ends in a plane and came there by a turn of its clamp has an elastica only beside a planar shape:
+    without one it is left out of `compare`, which said so with an error after the ribbon's solve."""
+    turned = {"clamp.end.normal": [0.0, 1.0, 0.0]}
+    straight = loads(text(PLANAR, END, {"strip.gamma": "0.0", "strip.natural_curvature": "0.0"}))
+    assert "t_x" in str(straight.replace(turned).nonplanar_reason())
+    scene = straight.replace({"path": [turned]})
+    ribbon = solve_scene(straight, "ribbon")
+    elastica = model("elastica")
+    said = []
+    reporter = Reporter(quiet=True)
+    reporter.aside = said.append
+    assert beside(elastica, scene, replace(ribbon, shape=None), reporter) is None
+    assert len(said) == 1
+    assert beside(elastica, scene, ribbon, reporter).ok
 
 
 def test_explain_says_that_there_is_a_third_opinion_and_where_it_begins():

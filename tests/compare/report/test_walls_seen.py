@@ -79,6 +79,15 @@ def test_what_touches_is_exported_with_its_pushes(pressed, tmp_path):
     told = contacts_csv({"contacts": [pair]}, 2.0, 3.0)
     assert told is not None
     assert told.decode().splitlines()[1] == "itself,,,,0.2,0.04,1.8,0,15,0.02"
+    rub = {"point": [0.5, 0.0, 0.25], "push": 2.0, "friction": [0.0, 0.5, -0.25], "state": "sticks"}
+    floor = {"name": "floor", "points": [[0.5, 0.0, 0.25]], "pushes": [2.0], "rubs": [rub]}
+    names, push, friction = (
+        line.split(",") for line in contacts_csv({"walls": [floor]}, 2.0, 3.0).decode().splitlines()
+    )
+    assert len(names) == len(push) == len(friction) == 14
+    assert (push[0], push[8], push[10:]) == ("floor", "6", [""] * 4)
+    assert (friction[0], friction[1:4], friction[8]) == ("friction of floor", ["1", "0", "0.5"], "6")
+    assert friction[10:] == ["0", "1.5", "-0.75", "sticks"]
     assert contacts_csv({"walls": [{"name": "floor", "points": [], "pushes": []}]}, 1.0, 1.0) is None
 
 

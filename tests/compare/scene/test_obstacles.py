@@ -97,6 +97,8 @@ def test_a_scene_without_is_the_one_it_was():
                                   "obstacle.0.radius": 0.005}),
         ("clamp.start.position", {"obstacle.1.radius": 0.05}),
         ("clamp.start.tangent", {"obstacle.0.point": [0.0, 0.0, 0.05]}),
+        ("clamp.start.tangent", {"obstacle.0.point": [0.0, 0.099679484355, 0.0], "obstacle.0.radius": 0.1,
+                                 "obstacle.0.axis": [0.6, 0.0, 0.8], "obstacle.0.inside": True}),
         ("model.formulation", {"wall": None, "model.formulation": "chained"}),
         ("gravity.up", {"clamp": None, "wall": None, "obstacle.0.axis": [0.0, 1.0, 0.0], "obstacle.1": None}),
     ],

@@ -412,8 +412,18 @@ def test_friction_that_no_way_leads_to_is_refused():
     there = {"path": [{"strip.a.clamp.start.position": [0.0, 0.0, 0.02]}]}  # its only stage is the scene
     with pytest.raises(BadInput, match=r"wall.table.friction = 0.25: needs a \[\[path\]\].*from elsewhere"):
         solved(loads(TABLE, "table", {**there, "wall.table.friction": 0.25}))
-    with pytest.raises(BadInput, match="contact between strips"):
-        solved(loads(TABLE, "rubs", {**ASLANT, "wall.table.friction": 0.25, "contact.distance": 1e-3}))
+
+
+def test_friction_of_a_wall_and_contact_that_nothing_makes():
+    """Strips that are kept apart and are far from each other rub on the table as if nothing kept them."""
+    one, other = (
+        solved(loads(TABLE, "rubs", {**LIGHT, **ASLANT, "wall.table.friction": 0.25, **contact}), error=False).native
+        for contact in ({}, {"contact.distance": 1e-3})
+    )
+    assert one.ok
+    assert other.ok
+    assert other.rubbed == pytest.approx(one.rubbed, rel=1e-6)
+    assert np.abs(other.x - one.x).max() < 1e-7
 
 
 def test_stages_that_cannot_vary_step_by_step_are_refused():

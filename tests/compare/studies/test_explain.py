@@ -28,6 +28,7 @@ from tests.compare.studies.outside import registered
 NAMES = {
     "gravity", "gravity over the surface", "natural curvature", "finite width (Wunderlich)", "rulings do not cross",
     "clamp at the start", "clamp at the end", "straight rulings", "closure", "rigid motions removed", "contact",
+    "contact with itself",
     "pressure plates", "adaptive segments", "continuation path", "stretching and shear", "load at the tip",
 }  # fmt: skip
 PLATE = "stiffness = 50.0\n"

@@ -7,8 +7,10 @@ import pytest
 
 from ribbon import Clamp, Closure, Gravity, RibbonInputError, Status, Strip, Wall, follow, refine, solve, switch
 from ribbon.find.adaptive import cut, distance, solve_to_tolerance
-from ribbon.find.solve import build
+from ribbon.find.solve import build, solve_from
+from ribbon.find.tubes import swept
 from ribbon.obstacle import Obstacle
+from ribbon.solid import Solid
 
 STRIP = Strip(1.0, 0.05, 0.5, gamma=5.0)
 UP = Gravity((0, 1, 0))
@@ -159,3 +161,42 @@ def test_a_bar_that_is_lifted_takes_the_strip_along():
     assert end.energy.total > start.energy.total + 1.0
     assert end.walls[0].force[1] > 3.0
     assert end.penetration < 1e-6
+
+
+def test_a_lever_that_turns_takes_the_strip_along():
+    """A thin box below the strip turns about its middle and lifts it; in one step it would have gone through."""
+
+    def over(t: float):
+        a = 1.25 * t - 0.25
+        axis, normal = (0.0, np.sin(a), np.cos(a)), (0.0, np.cos(a), -np.sin(a))
+        lever = Solid("box", (0.0, -0.12, 0.75), 0.004, axis, normal=normal, size=(0.5, 0.03, 0.4))
+        return build(Strip(1.0, 0.05, 0.3, gamma=6.0), Clamp(), UP, walls=(lever,), segments=15)
+
+    first = over(0.0)
+    start = solve_from(first, first.state(np.zeros(16), np.zeros(16)))
+    end = follow(over, start, first=1.0)
+    assert start.ok
+    assert end.ok
+    assert not end.log[0]["accepted"]
+    assert end.energy.total > start.energy.total + 0.3
+    assert end.walls[0].force[1] > 1.0
+    assert end.penetration < 1e-6
+
+
+def test_where_a_body_is_seen_from_when_it_turns():
+    """What is fixed to it keeps its gap; a cylinder's axis is a line, and turns by the shortest way."""
+    rng = np.random.default_rng(3)
+    points = rng.normal(size=(20, 3))
+    one, two = rng.normal(size=(2, 3))
+    for sign in (1.0, -1.0):
+        before = Obstacle("cylinder", (0.0, 0.0, 0.0), 0.3, tuple(one / np.linalg.norm(one)))
+        after = Obstacle("cylinder", (0.1, 0.2, 0.3), 0.3, tuple(sign * two / np.linalg.norm(two)))
+        turn = swept.turned(before, after)
+        np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-14)
+        assert np.arccos(0.5 * (np.trace(turn) - 1.0)) <= 0.5 * np.pi
+        np.testing.assert_allclose(
+            after.gaps(points @ turn.T + np.asarray(after.point)), before.gaps(points), atol=1e-14
+        )
+    frames = (((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), ((0.0, -0.6, 0.8), (-1.0, 0.0, 0.0)))
+    boxes = [Solid("box", (0.0, 0.0, 0.0), 0.01, axis, normal=n, size=(0.2, 0.5, 0.9)) for axis, n in frames]
+    np.testing.assert_allclose(boxes[1].gaps(points @ swept.turned(*boxes).T), boxes[0].gaps(points), atol=1e-14)

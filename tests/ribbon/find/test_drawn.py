@@ -7,6 +7,7 @@ import pytest
 
 from ribbon import Clamp, RibbonInputError, refine
 from ribbon.find.jointed import drawn, polygon
+from ribbon.find.jointed.wound import link
 from ribbon.find.seeds import end_mismatch
 from ribbon.find.solve import build
 from ribbon.find.solving.request import Request
@@ -40,6 +41,23 @@ def test_the_frame_of_a_curve_meets_both_clamps():
     assert min((gap for gap, _ in nearness.minima(rod, x, 0.0)), default=0.0) > -0.1 * rod.apart
     other = drawn.unknowns(problem(turn + 0.2, apart=0.02, round_rod=True)[0], first + (curve - curve[0]) @ frame.T)
     assert rod.joint_values(other)[1][0] - twist[0] == pytest.approx(0.2, abs=1e-6)
+
+
+def test_a_knot_begins_where_its_turn_is_held():
+    """The row that holds the turn about the clamps' axis is met, whichever way the knot was drawn; turned, it is linked
+    as before, by a whole number as its clamps are alike."""
+    axis = Clamp(position=(0.0, 0.0, 0.0)), Clamp(position=(0.0, 0.0, 0.4067))
+    rod = build(
+        STRIP, axis[0], end=axis[1], energy="kirchhoff", segments=100, formulation="mixed", apart=0.02, round_rod=True
+    )
+    assert rod.spins
+    curve, links = polygon.overhand(0.4067), []
+    for turn in (0.0, 2.0):
+        about = np.array([[np.cos(turn), -np.sin(turn), 0.0], [np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]])
+        x = drawn.unknowns(rod, curve @ about.T)
+        assert abs(rod.constraints(x)[rod.block_slices()["gauge_ring"]][0]) < 5e-3
+        links.append(link(rod, x))
+    assert links == pytest.approx([-3.0, -3.0], abs=0.02)
 
 
 def test_a_developable_strip_does_not_begin_in_space():

@@ -176,3 +176,52 @@ def test_a_cylinder_of_large_radius_rubs_as_a_plane() -> None:
     turning = end.start.moment + np.cross(end.joints[0][0], end.start.force) + wall.moment
     turning = turning + sum(np.cross(rub.point, rub.friction) for rub in wall.rubs)
     np.testing.assert_allclose(turning, 0.0, atol=1e-8)
+
+
+def test_friction_on_a_ball_acts_where_the_ball_pushes() -> None:
+    """A broad strip of free twist that a ball touches beside its centreline: friction at that place of the ball, along
+    its surface, of the size that its push there allows."""
+    centre, radius = np.array([0.0, 0.02, 0.0]), 0.15
+
+    def at(t: float, friction: float = 0.5) -> Problem:
+        start = Clamp((-0.4 - 0.01 * t, 0.0, 0.15 - 0.01 * t), tangent=(1.0, 0.0, 0.0), normal=(0.0, 0.0, 1.0))
+        return build(
+            Strip(1.0, 0.15, thickness=1e-3, gamma=2.0), start, Gravity((0.0, 0.0, 1.0)), energy="sano", segments=6,
+            walls=[Obstacle("sphere", tuple(centre), radius, friction=friction)], formulation="mixed",
+        )  # fmt: skip
+
+    first = at(0.0, 0.0)
+    state = solve_from(first, first.state(np.zeros(7), np.zeros(7)))
+    for t in (0.5, 1.0):
+        state = path.stepped(at(t), state)
+    assert state.ok
+    (ball,) = state.walls
+    (rub,) = ball.rubs
+    ((_, v),) = ball.ends
+    assert v > 0.005
+    assert rub.v == pytest.approx(v, abs=1e-7)
+    assert np.linalg.norm(rub.point - centre) == pytest.approx(radius, abs=1e-6)
+    normal = (rub.point - centre) / radius
+    assert ball.force / rub.push == pytest.approx(normal, abs=1e-6)
+    assert rub.friction @ normal == pytest.approx(0.0, abs=1e-6 * rub.push)
+    assert np.linalg.norm(rub.friction) == pytest.approx(0.5 * rub.push, rel=1e-6)
+
+
+def test_a_bar_that_rubs_does_not_go_through_the_strip() -> None:
+    """Lifted by more than it is thick in one increment: the increment is cut, and the strip borne."""
+
+    def at(t: float, friction: float = 0.2) -> Problem:
+        bar = Obstacle("cylinder", (0.0, 0.1 * t - 0.1, 0.5), 0.05, (1.0, 0.0, 0.0), friction=friction)
+        return build(
+            Strip(1.0, 0.05, gamma=6.0), Clamp(), Gravity((0.0, 1.0, 0.0)), walls=[bar], segments=6,
+            energy="sadowsky", formulation="mixed",
+        )  # fmt: skip
+
+    first = at(0.0, 0.0)
+    start = solve_from(first, first.state(np.zeros(7), np.zeros(7)))
+    end = path.follow(at, start, steps=1)
+    assert start.ok
+    assert end.ok
+    assert not end.log[0]["accepted"]
+    assert end.energy.total > start.energy.total + 0.1
+    assert end.walls[0].force[1] > 2.0

@@ -9,7 +9,7 @@ import pytest
 
 from ribbon import Clamp, Strip
 from ribbon.find.solve import build, solve_shape
-from ribbon.judge import layers, nearness
+from ribbon.judge import layers, nearness, passage
 from shellref.elastica.problem import ElasticaProblem
 from shellref.elastica.start import natural_start, solve_along
 
@@ -62,3 +62,27 @@ def test_stations_are_joints_and_the_end_of_the_strip(coil):
     assert s.max() == 1.0
     turn = np.array([abs(pair.s_other - pair.s) for _, pair in found])
     assert turn.min() > 0.3
+
+
+def test_a_plane_shape_asks_for_its_middles_alone_and_finds_the_same(coil, monkeypatch):
+    """Of rulings that are parallel none is nearer than the middles: as deep, and passed at the same place."""
+    problem = coil.problem.with_changes(pairs=())
+    deeper = problem.with_changes(apart=1.02 * THICK)
+    other = coil.x.copy()
+    problem.layout.positions(other)[:] *= 0.5  # parts come to half their distance, and no frame turns
+    tight = problem.with_changes(apart=2.5 * THICK)
+
+    def found():
+        return nearness.minima(deeper, coil.x, -1e-5), passage.passage(tight, coil.x, tight, other)
+
+    s = nearness.abscissae(problem, coil.x)
+    here = nearness.shape(problem, coil.x, s)
+    assert nearness.nearer(here.r, here.ruling, problem.reach) == 0.0
+    assert nearness.nearer(here.r + 1e-3 * here.ruling * s[:, None], here.ruling, problem.reach) > problem.half_width
+    fast = found()
+    monkeypatch.setattr(nearness, "nearer", lambda r, ruling, half: 2.0 * half)
+    slow = found()
+    assert len(fast[0]) > 5
+    assert [gap for gap, _ in fast[0]] == pytest.approx([gap for gap, _ in slow[0]], abs=1e-12)
+    assert fast[1] == slow[1]
+    assert fast[1] is not None

@@ -295,6 +295,9 @@ def test_other_bad_input():
         ({"seed_curvature": "flat"}, "seed_curvature"),
         ({"seed_curvature": ()}, "seed_curvature"),
         ({"seed_ruling": float("inf")}, "seed_ruling"),
+        ({"seed_curvature": np.empty(0)}, "seed_curvature"),
+        ({"seed_curvature": np.ones((2, 3))}, "seed_curvature"),
+        ({"seed_ruling": np.array(["much"])}, "seed_ruling"),
     ):
         with pytest.raises(RibbonInputError) as caught:
             solve(strip, **keywords)
@@ -305,6 +308,14 @@ def test_other_bad_input():
         data = {"young": 1e9, "density": 1e3, "thickness": 1e-4, key: value}
         with pytest.raises(RibbonInputError, match=key):
             Strip.from_material(1.0, 0.1, poisson=0.3, **data)
+
+
+def test_a_starting_shape_may_be_an_array():
+    strip = Strip(1.0, 0.05, 0.3, natural_curvature=3.0)
+    values = [2.0, 3.5]
+    listed = solve(strip, segments=4, seed_curvature=values, seed_ruling=0.1)
+    array = solve(strip, segments=4, seed_curvature=np.array(values), seed_ruling=np.array(0.1))
+    assert np.array_equal(array.x, listed.x)
 
 
 def test_a_message_is_made_of_its_notes():

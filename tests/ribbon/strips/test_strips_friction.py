@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from ribbon import Gravity, RibbonInputError
+from ribbon import Gravity, RibbonInputError, Wall
 from ribbon.find.strips import path, sliding
 from ribbon.find.strips import solve as strips
 from ribbon.find.strips.assemble import assembled
@@ -141,6 +141,44 @@ def test_what_turns_all_together_does_not_slide(angle, near):
     assert new.rubbed == pytest.approx(state.rubbed, abs=1e-8)
     assert new.energy.elastic == pytest.approx(state.energy.elastic, rel=1e-5)
     assert rotation @ on_the_first(state)[1] == pytest.approx(on_the_first(new)[1], abs=near)
+
+
+FLOOR = Wall((0.0, 0.0, -0.05), (0.0, 0.0, 1.0))
+
+
+def test_what_rubs_on_another_strip_and_on_a_floor_balances_with_both():
+    """The lower strip on a floor, both clamps drawn apart: Coulomb's law at either with its own coefficient, forces and
+    moments on the lower one, which is weightless, and on the upper; what is taken away by both."""
+    rough = 0.3
+
+    def members(t):
+        low, high = problem(t)[0]
+        at = np.add(low.start.position, (-0.02 * t, 0.0, 0.0))
+        return [replace(low, start=replace(low.start, position=at)), high]
+
+    rest = problem(0.0)[1:]
+    state = strips.solve(members(0.0), *rest, walls=[FLOOR])
+    for t in (0.25, 0.5):
+        walls = [replace(FLOOR, friction=rough)]
+        state = path.stepped(assembled(members(t), *rest, walls=walls, friction=MU), state)
+    assert state.ok
+    push, friction = on_the_first(state)
+    assert np.linalg.norm(friction) == pytest.approx(MU * np.linalg.norm(push), rel=1e-6)
+    floor, clamp = state.strips[0].walls[0], state.strips[0].start
+    assert floor.force[2] > 0.3
+    assert floor.friction[0] == pytest.approx(rough * floor.force[2], rel=1e-6)  # drawn along -x
+    assert clamp.force + push + friction + floor.force + floor.friction == pytest.approx(np.zeros(3), abs=1e-6)
+    moments = sum(np.cross(one.at, one.force) for one in state.touching)
+    moments = moments + sum(np.cross(one.point, one.friction) for one in state.slides)
+    moments = moments + sum(
+        np.cross(one.point, one.push * np.array([0.0, 0.0, 1.0]) + one.friction) for one in floor.rubs
+    )
+    at = state.positions(0, np.zeros(1))[0]
+    assert clamp.moment + np.cross(at, clamp.force) + moments == pytest.approx(np.zeros(3), abs=1e-6)
+    assert state.strips[1].start.force - push - friction == pytest.approx([0.0, 0.0, 3.0], abs=1e-6)
+    taken = -sum(one.friction @ one.slip for one in (*state.slides, *floor.rubs))
+    assert state.rubbed - state.before.rubbed == pytest.approx(taken, rel=1e-8)
+    assert with_error(state).error < 1e-4
 
 
 @pytest.mark.parametrize("energy", ["kirchhoff", "wunderlich"])

@@ -229,6 +229,23 @@ def test_a_cut_strip_that_is_lowered_on_a_wall_is_the_uncut_one():
     assert 2.0 * found.energy.total == pytest.approx(one.energy.total, rel=1e-8)
 
 
+def test_a_bar_that_is_lifted_takes_joined_strips_along():
+    """In one increment it would have gone through them: it is cut, and the strips are borne."""
+    members, joints = cut(2, 12, 6.0, 0.0, Clamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))), chain(2)
+
+    def bar(t):
+        return [Obstacle("cylinder", (0.2 * t - 0.1, 0.0, 0.5), 0.05, (0.0, 1.0, 0.0))]
+
+    start = strips.solve(members, joints, UP, "kirchhoff", walls=bar(0.0))
+    found, t, log = path.follow(lambda t: assembled(members, joints, UP, "kirchhoff", walls=bar(t)), start, 1)
+    assert t == 1.0
+    assert found.ok
+    assert not log[0].kept
+    assert found.energy.total > start.energy.total + 0.5
+    assert sum(strip.walls[0].force[0] for strip in found.strips) > 0.5
+    assert found.penetration < 1e-6
+
+
 def test_a_path_that_leads_to_nothing_says_how_far_it_got():
     """Both ends clamped and drawn apart until the strips are too short."""
     straight = Clamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))

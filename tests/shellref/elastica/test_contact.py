@@ -126,3 +126,21 @@ def test_what_is_refused():
         ElasticaProblem(apart=-0.1)
     with pytest.raises(ValueError, match="solve_along"):
         solve(ElasticaProblem(apart=0.01))
+
+
+def test_no_bar_goes_over_the_strip_on_its_way() -> None:
+    """Bars come from both sides onto a loop between parallel clamps and end as mirror images: so does the loop, each
+    side of it pressed by its own bar. In one stride one of them would come out inside of the loop."""
+    gap, radius = 1.0 / 6.0, 1.0 / 24.0
+
+    def loop(left: float, right: float) -> ElasticaProblem:
+        bars = tuple(Barrier((gap, -place), radius) for place in (left, right))
+        return ElasticaProblem(end=(0.0, -gap), end_angle=-math.pi, apart=1.0 / 300.0, barriers=bars)
+
+    away, here = loop(-0.25, 1.0), loop(0.0046 / 0.12, 0.0154 / 0.12)
+    found = solve_along([natural_start(away, (-math.pi, -math.pi)), away, here], 16, 3, estimate_error=False)
+    assert found.stable is True
+    one, other = found.touches
+    assert (one.barrier, other.barrier) == (0, 1)
+    assert one.s + other.s == pytest.approx(1.0, abs=1e-8)
+    np.testing.assert_allclose(np.add(one.force, (0.0, 0.0)), np.multiply(other.force, (1.0, -1.0)), rtol=1e-8)

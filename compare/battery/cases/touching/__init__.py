@@ -1,9 +1,9 @@
-"""Strips that touch themselves, each other, edges and corners, and that rub.
+"""Strips that touch themselves (folds, coils), each other, edges and corners, and that rub.
 
 Judged by surfaces, virtual work, statics and Coulomb's law stated again (`compare.battery.judge.touching`,
 `compare.measure`), which share nothing with the solvers."""
 
 from compare.battery.case import Case
-from compare.battery.cases.touching import edges, itself, rubbing, strips
+from compare.battery.cases.touching import coils, edges, itself, rubbing, sliding, strips
 
-CASES: tuple[Case, ...] = (*itself.CASES, *strips.CASES, *edges.CASES, *rubbing.CASES)
+CASES: tuple[Case, ...] = (*itself.CASES, *coils.CASES, *sliding.CASES, *strips.CASES, *edges.CASES, *rubbing.CASES)
