@@ -27,7 +27,7 @@ from ribbon.solvers.problem import NEWTON, RESIDUAL_TOLERANCE, Minimum, force_sc
 FloatArray = NDArray[np.float64]
 
 #: Gap over the distance to be kept within which layers lie on each other to begin with, and stations, at the least.
-_REACH, _FEWEST = 4.0, 3
+_REACH, _FEWEST = 40.0, 3
 #: Rounds of places between joints, and depth (l) from which they are put there.
 _BETWEEN, _DEPTH = 8, 0.9 * nearness.TOLERANCE
 #: What is left of the equations over their unit.

@@ -14,15 +14,16 @@ from ribbon.find.layers.bent import Bent, Gaps
 from ribbon.find.layers.facing import Faced, crossed, faced
 from ribbon.find.solve import build, solve_shape
 from ribbon.judge import nearness
+from ribbon.result import Status
 
 #: Energy (D w / l) and sum of the pushes (D w / l^2) of 5.5 turns, K = 42, 0.003 l thick, by the planar elastica on 110
 #: elements of degree 3 (`tests.validation.elastica.layers.coil`, five seconds): results/layers.md.
 ELASTICA = (-845.26921, 18905.79)
 
 
-def wound(turns: float, thick: float, segments: int) -> np.ndarray:
+def wound(turns: float, thick: float, segments: int, loosely: float = 1.5) -> np.ndarray:
     """Curvatures (1/l) at the joints of a strip wound loosely, by half more than it is thick."""
-    rise, angle = 1.5 * thick / (2.0 * math.pi), 2.0 * math.pi * turns
+    rise, angle = loosely * thick / (2.0 * math.pi), 2.0 * math.pi * turns
     first = (1.0 - 0.5 * rise * angle**2) / angle
     return 1.0 / np.sqrt(first**2 + 2.0 * rise * np.linspace(0.0, 1.0, segments + 1))
 
@@ -63,6 +64,16 @@ def test_derivatives_by_curvatures_are_those_by_differences() -> None:
         2.0 * step
     )
     np.testing.assert_allclose(bent.hessian(gaps, pushes) @ way, turned, atol=1e-6 * np.abs(turned).max())
+
+
+def test_a_coil_that_is_wound_far_more_loosely_is_the_same() -> None:
+    """From layers seven thicknesses apart, which would rest on nothing, to those that lie on each other."""
+    states = [
+        solve_shape(problem_of(22.0, 0.002, 60), wound(2.5, 0.002, 60, loosely), np.zeros(61)) for loosely in (1.5, 7.0)
+    ]
+    assert [state.status for state in states] == [Status.CONVERGED, Status.CONVERGED]
+    assert states[1].energy.total == pytest.approx(states[0].energy.total, rel=1e-9)
+    assert min(len(state.pairs) for state in states) > 20
 
 
 def test_a_quadratic_step_is_its_least() -> None:

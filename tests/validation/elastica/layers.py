@@ -1,4 +1,5 @@
-"""Coils whose layers lie on each other, by the planar elastica, beside a closed form of their tension."""
+"""Coils whose layers lie on each other, by the planar elastica, beside a closed form of their tension, and by a ribbon
+of some width, judged in space."""
 
 from __future__ import annotations
 
@@ -8,6 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ribbon import Clamp, Gravity, Strip
+from ribbon.find.solve import build, solve_shape
+from ribbon.result import Equilibrium
 from shellref.elastica.problem import ElasticaProblem
 from shellref.elastica.result import ElasticaResult
 from shellref.elastica.start import natural_start, solve_along
@@ -18,6 +22,8 @@ from tests.validation.number import Number
 COILS = ((2.5, 0.01, 20.0, (40, 80)), (5.5, 0.003, 42.0, (110, 220)), (10.5, 0.0008, 80.0, (420,)))
 #: The heavy one: turns, thickness, natural curvature, weight against stiffness, elements.
 HEAVY = (15.5, 2e-4, 100.0, 1e3, 310)
+#: Width (l) and Poisson's ratio of the ribbon, and how loosely it is wound, over its thickness.
+WIDE, POISSON, LOOSELY = 0.05, 0.3, 1.5
 
 
 def loose(problem: ElasticaProblem, turns: float, apart: float) -> ElasticaProblem:
@@ -36,6 +42,23 @@ def coil(turns: float, apart: float, curved: float, elements: int, gamma: float 
     found = solve_along(way, elements, 3, estimate_error=False)
     if not found.stable or found.load_factor < 1.0 or not (found.through or 0.0) < 1e-6:
         raise AssertionError(f"{found.message}, {found.through}")
+    return found
+
+
+@cache
+def ribbon(turns: float, apart: float, curved: float, segments: int, gamma: float = 0.0) -> Equilibrium:
+    """The same by Wunderlich's ribbon, wound on a spiral of constant pitch and let go, stable in space."""
+    rise, angle = LOOSELY * apart / (2.0 * math.pi), 2.0 * math.pi * turns
+    first = (1.0 - 0.5 * rise * angle**2) / angle
+    strip = Strip(1.0, WIDE, POISSON, natural_curvature=curved, gamma=gamma)
+    problem = build(
+        strip, Clamp((0, 0, 0), (1, 0, 0), (0, 1, 0)), gravity=Gravity((0.0, -1.0, 0.0)) if gamma else None,
+        energy="wunderlich", segments=segments, apart=apart,
+    )  # fmt: skip
+    start = 1.0 / np.sqrt(first**2 + 2.0 * rise * np.linspace(0.0, 1.0, segments + 1))
+    found = solve_shape(problem, start, np.zeros(segments + 1))
+    if not found.ok or not found.stable:
+        raise AssertionError(f"{found.message}: {turns} turns on {segments} segments")
     return found
 
 
@@ -65,6 +88,7 @@ def complementarity(found: ElasticaResult) -> float:
 PROBES = {
     "energy": lambda: coil(*COILS[0][:3], COILS[0][3][0]).energy.total,
     "eigenvalue": lambda: float(coil(*COILS[0][:3], COILS[0][3][0]).lowest_eigenvalue),
+    "ribbon": lambda: ribbon(*COILS[0][:3], COILS[0][3][0]).energy.total,
 }
 
 
@@ -82,6 +106,15 @@ def run(out: Path) -> dict[str, Number]:
     turns, apart, curved, gamma, elements = HEAVY
     heavy = coil(turns, apart, curved, elements, gamma)
     through = max(through, heavy.through or 0.0)
+    beside, ribbon_off = [], 0.0
+    light = [(*given, n, 0.0) for *given, sizes in COILS for n in sizes]
+    for case in (*light, (turns, apart, curved, elements, gamma)):
+        one, other = ribbon(*case), coil(*case)
+        off_by = one.energy.total / other.energy.total - 1.0
+        ribbon_off = max(ribbon_off, abs(off_by))
+        beside.append([f"{case[0]:g}", f"{case[1]:g}", f"{case[2]:g}", f"{case[4]:g}", str(case[3]),
+                       f"{one.energy.total:.5f}", f"{off_by:.0e}", str(len(one.pairs) // 2), f"{one.residual:.0e}",
+                       f"{one.lowest_eigenvalue:.3f}"])  # fmt: skip
     most = [one for *_, sizes in COILS for one in sizes][-1]
     ten = coil(*COILS[-1][:3], most)
     if off > 1e-2:
@@ -105,7 +138,13 @@ def run(out: Path) -> dict[str, Number]:
         f"{len(heavy.touches)} places push on {elements} elements, energy {heavy.energy.total:.4f}, penetration "
         f"{heavy.through:.0e}, push times gap {complementarity(heavy):.0e}, stable in its plane "
         f"({heavy.lowest_eigenvalue:.3f}).",
-        "Not asked here: stability aside of the plane, and a surface of some width.",
+        "## By a ribbon, in space",
+        f"Wunderlich's ribbon of width {WIDE:g} l (nu = {POISSON:g}), its middle surface as far from itself as the "
+        "strip is thick (`ribbon.find.layers`): found by the curvatures in its plane, held across each ruling, and "
+        "judged with all its freedom. off: its energy over the elastica's on the same number of elements, less 1; "
+        "pushes: places that push; the eigenvalue is the lowest of all modes in space.",
+        page.table(["turns", "thickness", "K", "weight", "segments", "energy", "off", "pushes", "residual",
+                    "eigenvalue"], beside),
     )  # fmt: skip
     return {
         "touches": Number(float(len(ten.touches)), 5.0, "", ".0f"),
@@ -113,6 +152,8 @@ def run(out: Path) -> dict[str, Number]:
         "through": Number(through, 2e-7, "l", ".0e"),
         "tension_off": Number(off, 1e-3, "", ".0e"),
         "energy_off": Number(halved, halved, "", ".0e"),
+        "ribbon_off": Number(ribbon_off, ribbon_off, "", ".0e"),
+        "ribbon": Number(PROBES["ribbon"](), 1e-3, "D w / l", ".4f"),
         "eigenvalue": Number(PROBES["eigenvalue"](), 2e-2, "", ".3f"),
         "energy": Number(coil(*COILS[0][:3], COILS[0][3][0]).energy.total, 1e-3, "D w / l", ".4f"),
     }
