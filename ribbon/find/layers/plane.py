@@ -4,8 +4,8 @@ Places that are held one by one where they are deepest (`ribbon.find.apart`) com
 lie along each other, and a minimiser that knows of no contact lets a coil curl up through itself. Here the strip is
 kept in its plane by its own symmetry, ruling and twist zero, and is searched for by its joints' curvatures alone
 (`ribbon.find.layers.curvatures`), every joint that another layer could soon touch with its row. Between joints rows are
-put where it is too deep, until nothing is. The state is then told, and judged, with all its freedom, and held at both
-ends of each ruling; it is none where forces aside of the plane would move it.
+put where it is too deep, until nothing is. The state is then told, and judged, with all its freedom, and held at two
+places of each ruling (`ribbon.judge.layers.across`); it is none where forces aside of the plane would move it.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def _slid(found: Lain) -> list[Pair]:
 def _freed(
     problem: MixedProblem, plane: MixedProblem, found: Lain, steps: int, seconds: float
 ) -> tuple[MixedProblem, Minimum] | None:
-    """The same state of the problem with all its freedom, what pushes held at both ends of each ruling with half the
+    """The same state of the problem with all its freedom, what pushes held at two places of each ruling with half the
     force, as few of them as tell it; None where it is no equilibrium of it."""
     x, pairs = found.x, _slid(found)
     by_row = found.pushes * found.gaps.share
