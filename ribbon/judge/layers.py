@@ -4,7 +4,7 @@ Rulings of a plane state are parallel, and parts that face each other touch alon
 (docs/theory.md, eq. (5.18)). As with strands (`ribbon.judge.strands`) what is held is a fixed set, the joints of the
 part that comes first, each against the nearest place of the other part, which alone slides; and the strip's end against
 the layer that it lies on, for its foot is at no joint. In the plane one place of a ruling, its middle, tells the gap of
-all of it; out of it both ends do.
+all of it; out of it two places do (`across`).
 """
 
 from __future__ import annotations
