@@ -2,7 +2,8 @@
 
 Seconds of one Newton iteration and peak memory of meshes of degree 2 are those that results/shell_size.md had on one
 machine (one thread), between them and beyond by straight lines in log-log; degree 3 counts as 9/4 of the cells, which
-is its number of nodes. The page as it stands, of another machine, agrees to a factor of 3 in time and to 15 % in memory
+is its number of nodes. The page as it stands, perhaps of another machine, agrees to a factor of 2 in time from mesh to
+mesh, once the speed of its machine (up to 8 times more or less) is taken out, and to 15 % in memory
 (tests/compare/models/test_shell_price.py).
 A shell takes ten iterations or more, also from a start close by, and meshes of its own for its error and its path: what
 is said is the least.
