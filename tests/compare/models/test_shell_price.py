@@ -19,8 +19,8 @@ from tests.test_setup import ROOT
 from tests.validation.record import Pages
 from tests.validation.shell.shell_size import CELLS
 
-#: Most that the machine of the page may be faster or slower than that of the price, what then is left from mesh to mesh,
-#: and how far their memory may differ.
+#: Most that the machine of the page may be faster or slower than that of the price, what then is left from mesh to
+#: mesh, and how far their memory may differ.
 MACHINES, MESHES, MEMORY = 8.0, 2.0, 0.15
 
 
