@@ -199,6 +199,7 @@ def test_mirrored_it_rubs_alike():
         assert mine == pytest.approx(its * (1.0, -1.0, 1.0), abs=1e-6)
 
 
+@pytest.mark.validate  # 10 s
 def test_the_end_of_a_way_does_not_hang_on_its_increments():
     """Sliding all along one way, friction has all of mu N along the same tangent at its end."""
     few, many = (drawn(along(*np.linspace(0.02 / n, 0.02, n)))[-1] for n in (2, 4))
