@@ -60,6 +60,7 @@ def arguments(scene: StripsScene) -> dict[str, Any]:
         "stiffness": first.model.stiffness,
         "in_plane": first.model.in_plane,
         "friction": scene.friction,
+        "itself": scene.itself,
         "walls": [wall.scaled(1.0 / first.strip.length) for wall in ribbon_walls(first)],
     }
 

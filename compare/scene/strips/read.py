@@ -68,9 +68,11 @@ def _alone(document: Mapping[str, Any], source: str) -> StripsScene:
     names = _names(tables)
     strips = tuple(_strip(document, entry, name_) for entry, name_ in zip(tables, names, strict=True))
     joints = tuple(_joint(entry, number, names) for number, entry in enumerate(_tables(document, "joint", 0)))
+    between = _between(document)
     scene = StripsScene(
-        name, source, title or one_line(name), names, strips, joints, _distance(document, strips),
-        _stiffness(strips, names), document, friction=_friction(document),
+        name, source, title or one_line(name), names, strips, joints, _distance(between, strips),
+        _stiffness(strips, names), document,
+        friction=between.friction if between else 0.0, itself=between is not None and between.itself,
     )  # fmt: skip
     check_together(scene)
     return scene
@@ -200,10 +202,14 @@ def _end(table: Table, key: str, value: str, names: tuple[str, ...]) -> tuple[in
     return names.index(name), 0 if end == "start" else -1
 
 
-def _distance(document: Mapping[str, Any], strips: tuple[Scene, ...]) -> float | None:
-    if "contact" not in document:
+def _between(document: Mapping[str, Any]) -> BetweenSpec | None:
+    return Table(document["contact"], "contact", KEYS).read(BetweenSpec) if "contact" in document else None
+
+
+def _distance(between: BetweenSpec | None, strips: tuple[Scene, ...]) -> float | None:
+    if between is None:
         return None
-    given = Table(document["contact"], "contact", KEYS).read(BetweenSpec).distance
+    given = between.distance
     length = min(strip.strip.length for strip in strips)
     if given is None:
         thick = [strip.strip.thickness for strip in strips]
@@ -217,10 +223,6 @@ def _distance(document: Mapping[str, Any], strips: tuple[Scene, ...]) -> float |
             f"give {1e-4 * length:g} to {0.5 * length:g}",
         )  # fmt: skip
     return given
-
-
-def _friction(document: Mapping[str, Any]) -> float:
-    return Table(document["contact"], "contact", KEYS).read(BetweenSpec).friction if "contact" in document else 0.0
 
 
 def _stiffness(strips: tuple[Scene, ...], names: tuple[str, ...]) -> tuple[float, ...]:

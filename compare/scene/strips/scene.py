@@ -34,8 +34,8 @@ class Joined:
 class StripsScene:
     """Several strips: names and scenes, one by one; joints; distance that different strips keep, None: they may pass
     through each other; stiffness: D of each in a unit that all share; document: what the file says; friction: Coulomb's
-    coefficient between them; stages: the scenes of its [[path]] in order, without itself, and steps: how
-    many lead to each and to itself (None: chosen)."""
+    coefficient between them; itself: whether parts of one strip that face each other keep the distance too; stages: the
+    scenes of its [[path]] in order, without itself, and steps: how many lead to each and to itself (None: chosen)."""
 
     name: str
     source: str
@@ -49,6 +49,7 @@ class StripsScene:
     stages: tuple[StripsScene, ...] = ()
     steps: tuple[int | None, ...] = ()
     friction: float = 0.0
+    itself: bool = False
 
     @property
     def first(self) -> Scene:
@@ -110,6 +111,7 @@ class StripsScene:
             "distance": self.distance,
             "stiffness": self.stiffness,
             **({"friction": self.friction} if self.friction else {}),
+            **({"itself": True} if self.itself else {}),
             **({"stages": [stage.canonical() for stage in self.stages], "steps": self.steps} if self.stages else {}),
         }
 

@@ -58,11 +58,15 @@ class JointSpec:
 
 @dataclass(frozen=True)
 class BetweenSpec:
-    """Contact between strips, without friction or along a path with Coulomb's."""
+    """Contact between strips, and of each with itself, without friction or along a path with Coulomb's."""
 
     distance: float | None = key(
         Kind.NUMBER, "distance that different strips keep, middle surface from middle surface", LENGTH, "> 0", "1e-3",
         default=None, absent="the largest thickness of the strips", known="distance / l >= 1e-4"
+    )
+    itself: bool = key(
+        Kind.TRUTH, "whether parts of one strip that face each other keep it too, with the same friction",
+        example="true", default=False
     )
     friction: float = key(
         Kind.NUMBER, "Coulomb's coefficient between strips; along a [[path]] alone", "none", ">= 0", "0.3", default=0.0

@@ -72,18 +72,22 @@ def assembled(
     rulings: Sequence[str | None] | None = None,
     walls: Sequence[Barrier] = (),
     friction: float = 0.0,
+    itself: bool = False,
     **choices: bool | str | None,
 ) -> StripsProblem:
     """The problem of `members` with these joints; apart: distance that different strips keep, in their unit of length;
     rulings: of every joint, "straight" or "free" (None: free where the strip goes on or is pinned); walls: rigid
     ones and obstacles that none of them can cross, in their unit of length; friction: Coulomb's coefficient between
-    strips that are kept apart, which acts along a path only (`ribbon.find.strips.sliding`); choices:
-    `stiffness` and `in_plane` of the energy. `RibbonInputError` for what contradicts itself."""
+    strips that are kept apart, which acts along a path only (`ribbon.find.strips.sliding`); itself: whether parts of
+    one strip that face each other are kept apart too, with the same friction; choices: `stiffness` and `in_plane` of
+    the energy. `RibbonInputError` for what contradicts itself."""
     if not members:
         raise RibbonInputError("strips", 0, "give one strip at least")
     _check_walls(walls)
     if not (np.isfinite(friction) and friction >= 0.0) or (friction and not apart):
         raise RibbonInputError("friction", friction, "a coefficient >= 0, of strips that are kept apart")
+    if itself and not apart:
+        raise RibbonInputError("itself", itself, "needs the distance that parts of a strip keep")
     _check_joints(members, joints)
     loose = _loose(members, joints)
     weighty = gravity is not None and any(member.strip.gamma > 0 for member in members)
@@ -122,6 +126,7 @@ def assembled(
         tuple(member.stiffness * member.strip.width / member.strip.length / unit for member in members),
         tuple(joints),
         apart / first.strip.length,
+        itself,
         mu=friction,
     )
 

@@ -67,6 +67,7 @@ def solve(
     budget: float | None = None,
     walls: Sequence[Barrier] = (),
     friction: float = 0.0,
+    itself: bool = False,
     **choices: bool | str | None,
 ) -> StripsEquilibrium:
     """Equilibrium of several strips; arguments as of `assembled`. leave_saddle: follow its unstable mode to a stable
@@ -78,7 +79,7 @@ def solve(
             key, value, "friction acts along a path only (`ribbon.find.strips.path`): without one every state "
             "within mu N is an equilibrium",
         )  # fmt: skip
-    problem = assembled(members, joints, gravity, energy, apart, rulings, walls, 0.0, **choices)
+    problem = assembled(members, joints, gravity, energy, apart, rulings, walls, 0.0, itself, **choices)
     moments = [part.moment for part in problem.parts]
     problem = problem.with_parts([{"moment": None} for _ in moments])
     with within(budget):

@@ -3,13 +3,14 @@
 Strips go downhill from where they begin, and all that could meet before the next look is held apart. A step in which no
 place goes farther than an eighth of the distance that they keep leads none through another; after longer ones their way
 is looked at, and gone again shorter where something passed. Where they are near each
-other because a joint joins them they are not looked at: within `BESIDE` widths of it.
+other because a joint joins them they are not looked at: within `BESIDE` widths of it. A strip that is kept from itself
+is looked at as two, between places that face each other.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, combinations_with_replacement
 
 import numpy as np
 import scipy  # its parts are loaded where they are first used
@@ -63,16 +64,17 @@ _PARALLEL, _ALONG = 2e-2, 0.5
 
 
 def minima(problem: StripsProblem, x: FloatArray, below: float) -> list[tuple[float, Touching]]:
-    """Gaps (l_0) between different strips over what they are to keep, where least, as far as they are smaller than
-    `below`; and between which places."""
+    """Gaps (l_0) between different strips, and far parts of one where these are kept apart too (`problem.itself`), over
+    what they are to keep, where least, as far as they are smaller than `below`; and between which places."""
     found: list[tuple[float, Touching]] = []
     sampled = [_Sampled.of(problem, x, k) for k in range(len(problem.parts))]
-    for one, other in combinations(range(len(problem.parts)), 2):
+    looked_at = combinations_with_replacement if problem.itself else combinations
+    for one, other in looked_at(range(len(problem.parts)), 2):
         pairs = _beginnings(problem, sampled, one, other, problem.apart + below)
         gaps, places = narrowed(problem, x, one, other, pairs)
         if places:  # what has slid to a joint is not looked at either
             along = np.array([[pair.s, pair.s_other] for pair in places])
-            far = ~_joined(problem, one, other, along[:, 0], along[:, 1])
+            far = _far(problem, sampled, one, other, along[:, 0], along[:, 1])
             gaps, places = gaps[far], [pair for pair, kept in zip(places, far, strict=True) if kept]
         found_here: list[Pair] = []
         for k in np.argsort(gaps, kind="stable"):
@@ -83,17 +85,18 @@ def minima(problem: StripsProblem, x: FloatArray, below: float) -> list[tuple[fl
 
 
 class _Sampled:
-    """A strip at abscissae s (n,): positions r (n, 3) in l_0, half rulings (n, 3); step: the greatest between."""
+    """A strip at abscissae s (n,): positions r (n, 3) in l_0, half rulings (n, 3), by how much (n,) its normals have
+    turned up to there; step: the greatest between."""
 
-    def __init__(self, s: FloatArray, r: FloatArray, ruling: FloatArray, step: float) -> None:
-        self.s, self.r, self.ruling, self.step = s, r, ruling, step
+    def __init__(self, s: FloatArray, r: FloatArray, ruling: FloatArray, turned: FloatArray, step: float) -> None:
+        self.s, self.r, self.ruling, self.turned, self.step = s, r, ruling, turned, step
 
     @classmethod
     def of(cls, problem: StripsProblem, x: FloatArray, k: int) -> _Sampled:
         part, sigma, own = problem.parts[k], problem.lengths_over[k], problem.own(x, k)
         s = nearness.abscissae(part, own)
-        r, ruling, _, _ = nearness.shape(part, own, s)
-        return cls(s, sigma * r, sigma * part.half_width * ruling, sigma * float(np.diff(s).max()))
+        r, ruling, turned, _ = nearness.shape(part, own, s)
+        return cls(s, sigma * r, sigma * part.half_width * ruling, turned, sigma * float(np.diff(s).max()))
 
 
 def _beginnings(problem: StripsProblem, sampled: list[_Sampled], one: int, other: int, reach: float) -> list[Pair]:
@@ -103,7 +106,7 @@ def _beginnings(problem: StripsProblem, sampled: list[_Sampled], one: int, other
     near = scipy.spatial.cKDTree(a.r).query_ball_tree(scipy.spatial.cKDTree(b.r), reach + wide + a.step + b.step)
     i = np.repeat(np.arange(len(near)), [len(each) for each in near])
     j = np.array([k for each in near for k in each], dtype=np.int64)
-    far = ~_joined(problem, one, other, a.s[i], b.s[j]) if i.size else np.zeros(0, dtype=bool)
+    far = _far(problem, sampled, one, other, a.s[i], b.s[j]) if i.size else np.zeros(0, dtype=bool)
     i, j = i[far], j[far]
     if not i.size:
         return []
@@ -146,6 +149,19 @@ def _edges(
     return found
 
 
+def _far(
+    problem: StripsProblem, sampled: list[_Sampled], one: int, other: int, s: FloatArray, s_other: FloatArray
+) -> NDArray[np.bool_]:
+    """Which places of two strips, or first and second ones of one, are looked at: not beside a joint of both; of one
+    strip those that face each other, as its normals turn between them (`ribbon.judge.nearness`)."""
+    far = ~_joined(problem, one, other, s, s_other)
+    if one == other:
+        own = sampled[one]
+        first, second = np.interp(s, own.s, own.turned), np.interp(s_other, own.s, own.turned)
+        far &= nearness.facing(problem.parts[one], first, second, float(own.turned[-1]))
+    return far
+
+
 def _joined(problem: StripsProblem, one: int, other: int, s: FloatArray, s_other: FloatArray) -> NDArray[np.bool_]:
     """Whether places are beside ends of both strips that stand at one place."""
     group = _places(problem)
@@ -153,6 +169,8 @@ def _joined(problem: StripsProblem, one: int, other: int, s: FloatArray, s_other
     width = max(2.0 * problem.lengths_over[k] * problem.parts[k].half_width for k in (one, other))
     for end in (0, -1):
         for end_other in (0, -1):
+            if (one, end) == (other, end_other):
+                continue  # one end of one strip: what is beside it there faces nothing
             if group[End(one, end)] == group[End(other, end_other)]:
                 along = problem.lengths_over[one] * (s if end == 0 else 1.0 - s)
                 along_other = problem.lengths_over[other] * (s_other if end_other == 0 else 1.0 - s_other)
@@ -377,14 +395,15 @@ def _astray(problem: StripsProblem, x: FloatArray, other: FloatArray, reach: flo
 
 
 def _farthest(problem: StripsProblem, x: FloatArray, other: FloatArray) -> float:
-    """How far (l_0) places of the two strips that go farthest go together from the unknowns x to `other` (n,)."""
+    """How far (l_0) places of the two strips that go farthest go together from the unknowns x to `other` (n,); with
+    strips that touch themselves, two places of the one that does."""
     went = []
     for k, part in enumerate(problem.parts):
         s = np.linspace(0.0, 1.0, _LOOKED * part.lengths.size + 1)
         begin, end = (nearness.shape(part, problem.own(each, k), s) for each in (x, other))
         edges = [end.r - begin.r + side * part.half_width * (end.ruling - begin.ruling) for side in (-1.0, 1.0)]
         went.append(problem.lengths_over[k] * max(float(np.linalg.norm(edge, axis=1).max()) for edge in edges))
-    return sum(sorted(went)[-2:])
+    return 2.0 * max(went) if problem.itself else sum(sorted(went)[-2:])
 
 
 def kept(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimum, float | None]:

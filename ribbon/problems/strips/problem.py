@@ -46,9 +46,10 @@ class StripsProblem:
     """Energy of several strips with constraints, sparse Jacobian and Hessian of the Lagrangian.
 
     parts: the strips, each in its own units; lengths_over: sigma (k,), stiffness_over: c (k,); joints; apart: distance
-    (l_0) that different strips keep, 0: they may pass through each other; touching: places that are held so; mu:
-    Coulomb's coefficient between them, slides: what rubs in an increment of a path (`ribbon.find.strips.sliding`);
-    missed: what the rows of the joints are to give, their zero (a start that is led to its joints step by step).
+    (l_0) that different strips keep, 0: they may pass through each other; itself: whether parts of one strip that face
+    each other keep it too; touching: places that are held so; mu: Coulomb's coefficient between them, slides: what rubs
+    in an increment of a path (`ribbon.find.strips.sliding`); missed: what the rows of the joints are to give, their
+    zero (a start that is led to its joints step by step).
     """
 
     parts: tuple[Part, ...]
@@ -56,6 +57,7 @@ class StripsProblem:
     stiffness_over: tuple[float, ...]
     joints: tuple[Joint, ...] = ()
     apart: float = 0.0
+    itself: bool = False
     touching: tuple[Touching, ...] = ()
     mu: float = 0.0
     slides: tuple[Slide, ...] = ()

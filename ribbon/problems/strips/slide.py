@@ -87,7 +87,8 @@ def spot_rows(part: MixedProblem, spots: Sequence[Spot], along: FloatArray) -> S
 
 @dataclass(frozen=True)
 class SlideRows:
-    """Y - Y' of slides between two strips along a direction, one row each; sides: each strip's, of: what it is."""
+    """Y - Y' of slides between two strips along a direction, one row each; sides: each strip's, of: what it is. Both
+    may be one strip; a column that both spots depend on then carries the sum where it is first, and nothing again."""
 
     sides: tuple[SpotRows, SpotRows]
     of: tuple[Of, Of]
@@ -117,6 +118,10 @@ class SlideRows:
     def jacobian(self, x: FloatArray) -> FloatArray:
         """By these columns, row after row."""
         each = [factor * rows.jacobian(own).reshape(rows.count, -1) for factor, rows, own in self._each(x)]
+        if self.of[0].first == self.of[1].first:
+            same = self.sides[0].columns[:, :, None] == self.sides[1].columns[:, None, :]
+            each[0] = each[0] + np.einsum("kij,kj->ki", same, each[1])
+            each[1] = np.where(same.any(axis=1), 0.0, each[1])
         return np.concatenate(each, axis=1).ravel()
 
     def hessian_structure(self) -> tuple[IntArray, IntArray]:

@@ -112,7 +112,7 @@ def fault(given):
         (("clamp",), {"start": dict(CLAMP)}, "clamp", "several strips"),
         (("model",), {"tolerance": 1e-3}, "model.tolerance", "several strips"),
         (("model",), {"energi": "sadowsky"}, "model.energi", "known key"),
-        (("contact",), {"itself": True}, "contact.itself", "several strips"),
+        (("contact",), {"section": "round"}, "contact.section", "several strips"),
         (("contact",), {}, "contact.distance", "missing"),
         (("contact",), {"distance": 1e-9}, "contact.distance", "1e-4"),
         (("gravity",), {"up": [0.0, 0.0, 2.0]}, "gravity.up", ""),

@@ -11,6 +11,7 @@ from scipy.integrate import trapezoid
 from compare import cli
 from compare.measure.friction import missed
 from compare.models.strips.solve import solved
+from compare.models.strips.touches import touches
 from compare.pages.export.vtu import read_vtu
 from compare.pages.strips.page import write
 from compare.scene.inputs.source import shipped_strips
@@ -404,6 +405,76 @@ def test_strips_rub_on_each_other_along_a_path(tmp_path):
         solved(loads(RUBS[: RUBS.index("[[path]]")], "rubs"))
     with pytest.raises(BadInput, match=r"contact.friction = -0.2"):
         loads(RUBS, "rubs", {"contact.friction": -0.2})
+
+
+#: A strip folded between two clamps until its sides lie on each other, one clamp then moved along them.
+FOLD = """
+[[strip]]
+name = "fold"
+length = 1.0
+width = 0.05
+thickness = 0.02
+poisson = 0.3
+[strip.clamp.start]
+position = [0.0, 0.0, 0.0]
+tangent = [0.0, 0.0, 1.0]
+normal = [0.0, 1.0, 0.0]
+[strip.clamp.end]
+position = [0.0, 0.02, 0.19]
+tangent = [0.0, 0.0, 1.0]
+normal = [0.0, 1.0, 0.0]
+[strip.seed]
+curvature = [3.0, -3.0, 3.0]
+[contact]
+itself = true
+distance = 0.05
+friction = 0.2
+[model]
+energy = "kirchhoff"
+elements = 10
+
+[[path]]
+"strip.fold.clamp.end.position" = [0.0, 0.0, 0.6]
+[[path]]
+steps = 4
+"strip.fold.clamp.end.position" = [0.0, 0.0, 0.19]
+[[path]]
+steps = 2
+"strip.fold.clamp.end.position" = [0.0, 0.02, 0.19]
+"""
+
+
+@pytest.mark.validate  # 10 s
+def test_a_strip_rubs_on_itself_along_a_path(tmp_path):
+    """Coulomb's law by code of its own, forces on both places in the files, and what a path has to lead to."""
+    scene = loads(FOLD, "fold")
+    assert loads(scene.to_toml(), "fold").itself
+    state = solved(scene, error=False)
+    assert state.ok
+    write(tmp_path, state, "again")
+    found = json.loads((tmp_path / "result.json").read_text())
+    contact = found["contact"]
+    assert contact["too_near"] <= 1e-6
+    assert {(one["a"], one["b"]) for one in contact["places"]} == {("fold", "fold")}
+    assert {rub["state"] for rub in contact["rubs"]} == {"slips"}
+    apart = np.array([np.subtract(one["position"], one["position_b"]) for one in contact["places"]])
+    middle = np.array([np.add(one["position"], one["position_b"]) for one in contact["places"]]) / 2.0
+    which = [int(np.argmin(np.linalg.norm(middle - rub["point"], axis=1))) for rub in contact["rubs"]]
+    assert sorted(which) == [0, 1]
+    normals = apart[which] / np.linalg.norm(apart[which], axis=1)[:, None]
+    assert missed(contact["rubs"], 0.2, normals).most < 1e-6
+    assert found["friction_lost"] > 1e-2
+    touching = touches(state)
+    assert len(touching) == 8  # each place and each spot, from both sides
+    assert np.abs(touching.push.sum(axis=0)).max() < 1e-9
+    assert np.linalg.norm(touching.friction, axis=1).max() == pytest.approx(
+        0.2 * max(rub["push"] for rub in contact["rubs"]), rel=1e-6
+    )
+    with pytest.raises(BadInput, match=r"contact.friction = 0.2: needs a \[\[path\]\]"):
+        solved(loads(FOLD[: FOLD.index("[[path]]")], "fold"))
+    alone = loads(FOLD, "fold", {"contact.itself": False})
+    assert "itself" in scene.canonical()
+    assert "itself" not in alone.canonical()
 
 
 def test_friction_that_no_way_leads_to_is_refused():
