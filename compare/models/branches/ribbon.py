@@ -71,6 +71,8 @@ def equilibrium(system: Equations, z: FloatArray, t: float) -> Equilibrium:
     """A point of a branch as the ribbon's solve returns it; its stability is told by the branch."""
     problem = system.problem(t)
     x, rows = system.whole(z, t)
+    where = problem.block_slices().get("pairs", slice(0, 0))
+    rows[where] = np.where(rows[where] < _NO_PULL, np.minimum(rows[where], 0.0), rows[where])
     bounds = np.where(system.side != 0.0, system.slope(problem, x, rows), 0.0)
     residual = kkt_residual(problem, x, bounds, rows)
     return judged(problem, Minimum(x, bounds, rows, residual, 0, 0, "", True, 0.0, KNOWN), How(check=False))
@@ -159,6 +161,8 @@ def freed(point: Point) -> Freed | None:
     return Freed(found.stable, beside)
 
 
+#: Pull (D w / l^2) of parts that touch that is rounding: where they touch first and let go it is nothing.
+_NO_PULL = 1e-9
 #: Steps downhill that stay on their side (`ribbon.find.minima`).
 _SHORT = {"reach": 0.3, "mu_init": 1e-5, "max_iter": 300}
 

@@ -186,8 +186,10 @@ class Equations:
         except ValueError:
             return np.full(self.size, np.nan)
         x, rows = self.whole(z, t)
-        left = self.slope(problem, x, rows)[self.free]
-        return np.concatenate([left, (problem.constraints(x) - self._targets(problem))[self.active]])
+        missed = (problem.constraints(x) - self._targets(problem))[self.active]
+        if self.pairs and not np.isfinite(missed).all():  # no shape, of which nearest places are not looked for
+            return np.full(self.size, np.nan)
+        return np.concatenate([self.slope(problem, x, rows)[self.free], missed])
 
     def norm(self, residual: FloatArray) -> float:
         """The largest residual, forces over their unit."""
@@ -382,7 +384,9 @@ class Equations:
         wide = np.zeros((active.size, directions.shape[1]))
         wide[np.flatnonzero(self.active)] = directions[self._count :]
         carried = np.vstack([directions[: self._count], wide[active]])
-        return new, new.balanced(np.concatenate([x[self.free], rows[active]]), t), carried, what
+        there = np.concatenate([x[self.free], rows[active]])
+        slid = 0 <= places < 2 * len(self.pairs)
+        return new, new.balanced(there, t) if slid else there, carried, what
 
     def _without_idle(self, z: FloatArray, t: float) -> Equations:
         """The system without pairs that are not in force: their gaps are among all the others."""

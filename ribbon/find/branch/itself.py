@@ -63,11 +63,11 @@ def _across(problem: MixedProblem, x: FloatArray, pairs: list[Pair], below: floa
     """Gaps smaller than `below`, and the places, that are least at the edges beside pairs: rulings that are nearly
     parallel may be nearest at both ends, nearer to each other along the strip than rulings are sampled."""
     edge = problem.half_width
-    begun = [
-        pair._replace(**{side: end})
-        for pair in pairs if not pair.held
-        for side in ("u", "u_other") for end in (-edge, edge)
-    ]  # fmt: skip
+    begun: list[Pair] = []
+    for pair in pairs:
+        if not pair.held:
+            begun += [pair._replace(u=-edge), pair._replace(u=edge)]
+            begun += [pair._replace(u_other=-edge), pair._replace(u_other=edge)]
     gaps, places = nearness.narrowed(problem, x, begun)
     return [(float(gap), pair) for gap, pair in zip(gaps, places, strict=True) if gap < below]
 

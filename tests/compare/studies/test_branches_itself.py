@@ -7,10 +7,16 @@ import numpy as np
 import pytest
 
 from compare.models import model, solve
+from compare.pages.branches.page import branch_table
 from compare.scene.scene import loads
+from compare.studies.branches.along import Along
+from compare.studies.branches.diagram import Diagram
 from compare.studies.branches.run import Asked, diagram
 from compare.studies.branches.states import states
+from ribbon.find.branch import itself
 from ribbon.judge import nearness
+from ribbon.judge.stability import judge
+from ribbon.solvers.problem import KNOWN, Minimum
 from ribbonbench.errors import BadInput
 from tests.compare.models.test_contact_itself import FOLD
 from tests.reference.touching_fold import folds, touchdown
@@ -100,7 +106,7 @@ def test_the_places_where_it_touches_and_lets_go_are_one_and_shootings():
 
 
 def test_in_a_plane_it_is_the_elastica_and_shooting_within_its_error():
-    found = branch(SCENE, 0.0802, 0.08, errors=True)
+    found = branch(SCENE, 0.08005, 0.08, errors=True)
     last = found.points[-1]
     (known,) = folds(np.array([0.08 / LENGTH]), THICK)
     elastica = solve(at(SCENE, 0.08).replace({"model.energy": "elastica", "model.elements": None}))
@@ -111,23 +117,55 @@ def test_in_a_plane_it_is_the_elastica_and_shooting_within_its_error():
     assert pushes(last).sum() == pytest.approx(known.push, rel=3e-2)
 
 
-@pytest.mark.parametrize("energy", ["kirchhoff", "finite", "wunderlich"])
-def test_in_space_two_edges_touch_two_sides_at_once(energy):
-    """Rulings that are nearly parallel: each side's edge lies on the inside of the other, nearer to each other along
-    the strip than rulings are sampled. With one of both places in force the branch stuck."""
+@pytest.mark.parametrize(
+    ("energy", "first", "last", "places"),
+    [("kirchhoff", 0.0945, 0.0925, 2), ("finite", 0.0915, 0.09, 2), ("wunderlich", 0.092, 0.0905, 1),
+     ("sadowsky", 0.0915, 0.09, 1)],
+)  # fmt: skip
+def test_in_space_it_touches_where_and_as_solve_says(energy, first, last, places):
+    """One clamp turned. Where rulings stay nearly parallel each side's edge lies on the inside of the other, two places
+    nearer to each other along the strip than rulings are sampled: with one of both in force the branch stuck."""
     scene = SCENE.replace({"model.energy": energy, **TURNED})
-    found = branch(scene, 0.095, 0.0925)
+    found = branch(scene, first, last)
     assert found.ended == "range"
     (touch,) = [point for point in found.points if point.kind == "event"]
-    assert touch.what.count("s = ") == 2
-    last = found.points[-1]
-    one, other = pushes(last)
-    assert one == pytest.approx(other, rel=1e-6)
-    own = solve(at(scene, 0.0925))
+    assert touch.what.count("s = ") == places
+    end, own = found.points[-1], solve(at(scene, last))
     assert own.ok
-    assert last.energy == pytest.approx(own.energy.total, rel=1e-8)
-    assert one + other == pytest.approx(sum(np.linalg.norm(pair.force) for pair in own.native.pairs), rel=1e-6)
+    assert end.unstable == 0
+    assert pushes(end).size == places
+    assert end.energy == pytest.approx(own.energy.total, rel=1e-8)
+    assert pushes(end).sum() == pytest.approx(sum(np.linalg.norm(pair.force) for pair in own.native.pairs), rel=1e-6)
     assert min(map(nearest, found.points)) > -1e-9
+
+
+def test_modes_are_counted_on_what_touches():
+    """Wunderlich's turned fold folds back at 0.08918, where solve finds nothing: a fork before it, two modes behind."""
+    found = branch(SCENE.replace({"model.energy": "wunderlich", **TURNED}), 0.08925, 0.089, steps=10)
+    (fork,) = [point for point in found.points if point.kind == "branch_point"]
+    assert fork.parameter == pytest.approx(0.08921, abs=2e-5)
+    for point in found.points:
+        if point.kind == "regular":
+            own = point.shape.equilibrium
+            minimum = Minimum(own.x, own.multipliers, own.rows, own.residual, 0, 0, "", True, 0.0, KNOWN)
+            assert judge(own.problem, minimum).negative == point.unstable
+    assert {point.unstable for point in found.points} == {0, 1}
+
+
+def test_where_parts_come_to_lie_along_each_other_it_ends(monkeypatch):
+    """Its gap is made to bend no more where the place comes to s = 0.13 l."""
+    monkeypatch.setattr(
+        itself, "bends", lambda p, x, on: np.where(on, [pair.s - 0.13 for pair in itself.slid(p, x)], 1.0)
+    )
+    found = branch(SCENE, 0.0885, 0.08)
+    assert found.ended == "spread"
+    *_, special, last = found.points
+    assert special.what == itself.SPREAD
+    assert last.shape.equilibrium.pairs[0].s == pytest.approx(0.13, abs=1e-9)
+    assert last.parameter == pytest.approx(special.parameter)
+    assert (
+        branch_table(Diagram(SCENE, Along.of(SCENE, KEY, 0.0885, 0.08), (found,), {})).records()[0]["ended"] == "spread"
+    )
 
 
 WALL = {"wall": [{"point": [0.0, -1.0, 0.0], "normal": [0.0, 1.0, 0.0]}]}
