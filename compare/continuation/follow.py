@@ -30,6 +30,8 @@ _EARLY, _NEAR = 6, 0.6
 #: Times that one condition changes at one place (arc length, over the shortest step) behind which nothing keeps to it.
 #: Many may change there once: a uniform state lets go of a wall everywhere.
 _REPEATS = 4
+#: How a branch ends at an event of such a condition.
+_ENDED: dict[int | None, str] = {locate.LOST: "unposed", locate.ENDS: "spread"}
 
 
 def follow(
@@ -60,9 +62,9 @@ def follow(
         met = [one for one in (*met, *events) if there.arc - one.point.arc <= options.least]
         if _chatters(met):
             return Run(tuple(points), tuple(found), "stuck", refused)
-        if events and events[-1].condition == locate.LOST:
+        if events and events[-1].condition in _ENDED:
             points.append(there)
-            return Run(tuple(points), tuple(found), "unposed", refused)
+            return Run(tuple(points), tuple(found), _ENDED[events[-1].condition], refused)
         if not events:
             there, more = carried_on(here, there, options, landed)
             found += [on_its_elements(special, options) for special in more]

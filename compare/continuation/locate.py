@@ -42,6 +42,8 @@ _NODES, _AROUND, TOUCH = np.array([-2.5, -1.5, -0.5, 0.5, 1.5, 2.5]), 0.01, 1e-2
 _BACK = -1.0 + 1e-6
 #: What happens where the density is no more convex, and the number that this has among conditions of one side.
 UNPOSED, LOST = "its energy is no more convex in curvature and twist: beyond, elements alone set its modes", -1
+#: The number of an event behind which a system knows of no branch: `System.beyond` gives itself.
+ENDS = -2
 #: Slack of a condition that is met where another one is, and how many of them are gone through at the most.
 TIGHT, MANY = 1e-6, 5
 #: Step along the tangent by which it is told on which side a condition is kept.
@@ -265,6 +267,8 @@ def broken(before: Point, after: Point, reach: float, options: Options) -> tuple
             def slack(point: Point, one: int = one) -> float:
                 return float(point.system.slacks(point.z, point.t)[one])
 
+            if first is not None and slack(between.point(first[0])) > BROKEN:
+                continue  # it is kept where another one is broken
             if slack(before) <= BROKEN:
                 if slack(before) >= -BROKEN and _rates(before)[one] > _FALLS:
                     return None  # it is kept first, and broken further on
@@ -284,6 +288,9 @@ def broken(before: Point, after: Point, reach: float, options: Options) -> tuple
     carried, words = _carried(here, first[1])
     if carried is None:
         return None
+    if carried.system is here.system:
+        nothing = np.zeros((here.system.size, 0))
+        return [Special("event", here, nothing, (), before, reach, 0, words[0], condition=ENDS)], here
     tight = _tight(here, carried)
     if len(tight) > 1:
         carried, words, numbers = _together(here, tight) or (carried, words, numbers)

@@ -86,8 +86,9 @@ class Run:
 
     ended: "range" (t left the range: the last point lies on its end), "closed" (back at its first point), "steps" (as
     many as allowed), "stuck" (no next point at the shortest step), "unresolved" (its elements are too coarse for the
-    next point), "unposed" (beyond the last point the density is not convex, and modes are the elements'), "stopped"
-    (told to, or out of time).
+    next point), "unposed" (beyond the last point the density is not convex, and modes are the elements'), "spread"
+    (its system knows of no branch beyond the last point: parts come to lie along each other), "stopped" (told to, or
+    out of time).
     """
 
     points: tuple[Point, ...]

@@ -67,7 +67,8 @@ class System(Protocol):
         self, z: FloatArray, t: float, condition: int, directions: FloatArray
     ) -> tuple[System, FloatArray, FloatArray, str]:
         """The system in which a condition whose slack is zero has come into force, or gone out: its z, directions
-        (n, k) carried over, and in words what happened. The condition keeps its number."""
+        (n, k) carried over, and in words what happened. The condition keeps its number. Itself where no branch goes
+        on."""
 
     def renewed(self, z: FloatArray, t: float, directions: FloatArray) -> tuple[System, FloatArray, FloatArray]:
         """The system with what moves nothing at z told anew, z and directions (n, k) in it; itself where that is the

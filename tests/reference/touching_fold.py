@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
-from scipy.optimize import root
+from scipy.optimize import brentq, root
 
 FloatArray = NDArray[np.float64]
 
@@ -107,3 +107,15 @@ def folds(distances: FloatArray, thickness: float) -> list[Fold]:
             w = touching(distance, thickness, w).unknowns
         found.append(touching(float(target), thickness, w))
     return found
+
+
+def touchdown(thickness: float) -> float:
+    """The distance of the clamps at which the sides of the neck meet."""
+    known = free(0.5, np.array([9.0, -60.0]))
+    for distance in np.linspace(0.5, 0.2, 13)[1:]:
+        known = free(float(distance), known)
+
+    def open_by(distance: float) -> float:
+        return 0.5 * (distance - thickness) - _neck(free(distance, known))[1]
+
+    return float(brentq(open_by, 0.15, 0.2, xtol=1e-9))

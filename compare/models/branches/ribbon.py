@@ -17,7 +17,7 @@ from compare.models.ribbon.build import ribbon_problem
 from compare.models.ribbon.state import RibbonShape
 from compare.scene.scene import Scene
 from ribbon import Equilibrium, RibbonInputError
-from ribbon.find.branch.equations import Equations
+from ribbon.find.branch.equations import Equations, ProblemAt
 from ribbon.find.branch.passages import Grading
 from ribbon.find.seeds import held_straight
 from ribbon.find.solving.request import How
@@ -25,6 +25,7 @@ from ribbon.find.solving.search import from_shape, from_state
 from ribbon.find.solving.verdict import judged
 from ribbon.judge.stability import STRAIGHT, judge
 from ribbon.problems.mixed import MixedProblem
+from ribbon.sensitivity.system import Point as Tangent
 from ribbon.sensitivity.system import point
 from ribbon.solvers import choose
 from ribbon.solvers.problem import KNOWN, RESIDUAL_TOLERANCE, Minimum, kkt_residual
@@ -35,7 +36,7 @@ FloatArray = NDArray[np.float64]
 
 def equations(scene_at: Callable[[float], Scene], t: float, found: Equilibrium) -> tuple[Equations, FloatArray]:
     """The system around a ribbon's equilibrium, and its z; scene_at: t, without unit -> the scene there."""
-    here = point(found, unstable=True)
+    here = _point(found)
 
     def problem_at(t: float, lengths: FloatArray) -> MixedProblem:
         try:
@@ -47,17 +48,58 @@ def equations(scene_at: Callable[[float], Scene], t: float, found: Equilibrium) 
             return made
         return made.with_changes(lengths=lengths)
 
-    touching = here.problem.touching
-    return Equations.of(problem_at, here.problem.lengths, t, here.x, here.rows, here.multipliers, touching=touching)
+    return _around(problem_at, t, here)
+
+
+def _point(found: Equilibrium) -> Tangent:
+    """The equilibrium in the unknowns of the glued ribbon; one that touches itself is such a ribbon's."""
+    problem = found.problem
+    if isinstance(problem, MixedProblem) and problem.pairs and found.ok:
+        return Tangent(problem, found.x, found.rows, found.multipliers)
+    return point(found, unstable=True)
+
+
+def _around(problem_at: ProblemAt, t: float, found: Tangent) -> tuple[Equations, FloatArray]:
+    """The system around an equilibrium, with what touches there, and its z."""
+    own = found.problem
+    return Equations.of(
+        problem_at, own.lengths, t, found.x, found.rows, found.multipliers, touching=own.touching, pairs=own.pairs
+    )
 
 
 def equilibrium(system: Equations, z: FloatArray, t: float) -> Equilibrium:
     """A point of a branch as the ribbon's solve returns it; its stability is told by the branch."""
     problem = system.problem(t)
     x, rows = system.whole(z, t)
+    where = problem.block_slices().get("pairs", slice(0, 0))
+    rows[where] = np.where(rows[where] < _NO_PULL, np.minimum(rows[where], 0.0), rows[where])
     bounds = np.where(system.side != 0.0, system.slope(problem, x, rows), 0.0)
     residual = kkt_residual(problem, x, bounds, rows)
     return judged(problem, Minimum(x, bounds, rows, residual, 0, 0, "", True, 0.0, KNOWN), How(check=False))
+
+
+def refused(scene: Scene, moving: bool = False) -> BadInput | None:
+    """Of a strip that keeps its parts from each other what its branches do not know; None: nothing."""
+    if scene.apart is None:
+        return None
+    if scene.round_rod:
+        return BadInput(
+            "contact.section", "round", "lies along itself, which a branch does not know: its places stay there",
+            "go there by a [[path]], or leave it out",
+        )  # fmt: skip
+    others = {"wall": scene.walls, "obstacle": scene.obstacles, "closure": scene.closure}
+    beside = next((what for what, there in others.items() if there), None)
+    if beside is not None:
+        return BadInput(
+            "contact.itself", True, f"beside a {beside} changes what touches along a branch in ways not known: "
+            "it would go through itself", "go there by a [[path]], or leave it out (--set contact.itself=false)",
+        )  # fmt: skip
+    if moving:
+        return BadInput(
+            "--moving", True, "carries what touches of a strip itself to other elements at every point, which is not "
+            "known to keep it", "leave it out, and take more elements",
+        )  # fmt: skip
+    return None
 
 
 def branch_start(scene_at: Callable[[float], Scene], state: State, moving: bool = False) -> BranchStart:
@@ -112,14 +154,15 @@ def freed(point: Point) -> Freed | None:
             own = float(problem.energy_parts(x).sum())
             fell = float(there.problem.energy_parts(there.x).sum()) < own - _LOWER * max(1.0, abs(own))
             if fell and there.residual <= RESIDUAL_TOLERANCE and isinstance(there.problem, MixedProblem):
-                yield Equations.of(
-                    system.problem_at, there.problem.lengths, point.t, there.x, there.rows, there.multipliers,
-                    touching=there.problem.touching,
-                )  # fmt: skip
+                yield _around(
+                    system.problem_at, point.t, Tangent(there.problem, there.x, there.rows, there.multipliers)
+                )
 
     return Freed(found.stable, beside)
 
 
+#: Pull (D w / l^2) of parts that touch that is rounding: where they touch first and let go it is nothing.
+_NO_PULL = 1e-9
 #: Steps downhill that stay on their side (`ribbon.find.minima`).
 _SHORT = {"reach": 0.3, "mu_init": 1e-5, "max_iter": 300}
 
@@ -134,10 +177,7 @@ def downhill(point: Point, dz: FloatArray) -> tuple[Equations, FloatArray] | Non
         found = from_state(problem, x, How(options=dict(_SHORT), check=False))
     if not found.residual <= RESIDUAL_TOLERANCE or not isinstance(found.problem, MixedProblem):
         return None
-    return Equations.of(
-        system.problem_at, found.problem.lengths, point.t, found.x, found.rows, found.multipliers,
-        touching=found.problem.touching,
-    )  # fmt: skip
+    return _around(system.problem_at, point.t, Tangent(found.problem, found.x, found.rows, found.multipliers))
 
 
 #: Length of an element at a passage over the mean one, and growth with the distance over the mean length.
@@ -175,8 +215,5 @@ def others(system: Equations, z: FloatArray, count: int) -> Iterator[tuple[str, 
         held = held_straight(problem, ruling)
         found = from_shape(problem, bend, held, How(options={"max_iter": _MOST}, check=False))
         if found.residual <= RESIDUAL_TOLERANCE and isinstance(found.problem, MixedProblem):
-            new, at = Equations.of(
-                system.problem_at, found.problem.lengths, 0.0, found.x, found.rows, found.multipliers,
-                touching=found.problem.touching,
-            )  # fmt: skip
+            new, at = _around(system.problem_at, 0.0, Tangent(found.problem, found.x, found.rows, found.multipliers))
             yield name, new, at

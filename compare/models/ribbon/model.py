@@ -283,16 +283,13 @@ class RibbonModel(Model):
         self, scene_at: Callable[[float], Scene], say: Reporter | None = None, *, moving: bool = False
     ) -> BranchStart:
         """A branch of the glued ribbon (`compare.models.branches.ribbon`), of one energy."""
-        from compare.models.branches.ribbon import branch_start
+        from compare.models.branches.ribbon import branch_start, refused
         from compare.models.ribbon.auto import with_energy
 
         with self._admitted(scene_at(0.0)):
-            if scene_at(0.0).apart is not None:
-                raise BadInput(
-                    "contact.itself", True,
-                    "changes along a branch what touches, which the ribbon does not follow there: it would go through "
-                    "itself", "go there by a [[path]], or leave it out (--set contact.itself=false)",
-                )  # fmt: skip
+            unknown = refused(scene_at(0.0), moving)
+            if unknown is not None:
+                raise unknown
             first = self.settled(scene_at(0.0))
             energy = first.model.energy
 

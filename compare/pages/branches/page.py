@@ -27,6 +27,7 @@ ENDS = {
     "range": "an end of the range", "closed": "back at its beginning", "steps": "its last allowed point",
     "stuck": "a point behind which none was found",
     "unposed": "a point behind which its energy is not convex and its modes are those of its elements",
+    "spread": "a point from which on its parts lie along each other, which is not followed",
     "unresolved": "the last point that its elements resolve", "stopped": "the end of the time",
 }  # fmt: skip
 

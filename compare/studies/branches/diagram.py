@@ -77,8 +77,8 @@ class BranchPoint:
 @dataclass(frozen=True)
 class Branch:
     """A branch of one model: its number, points in order, how it ended ("range", "closed", "steps", "stuck",
-    "unposed", "unresolved", "stopped"), which branch point it leaves (branch, parameter; None: the one that the scene's
-    own state lies on), and of which branch it is the image (`compare.studies.branches.images`).
+    "unposed", "spread", "unresolved", "stopped"), which branch point it leaves (branch, parameter; None: the one that
+    the scene's own state lies on), and of which branch it is the image (`compare.studies.branches.images`).
 
     unasked: points without an unstable mode of their own of which it is not known whether what is free on them (rulings
     of a straight part) makes them unstable; image_by: by what it is an image: a mirror, a turn, read from the other

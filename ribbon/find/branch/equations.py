@@ -20,10 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon import law
-from ribbon.find.branch import layers, walls
+from ribbon.find.branch import itself, layers, walls
 from ribbon.find.branch.passages import Grading, passed
 from ribbon.judge.convexity import curved_slack, least_slack
 from ribbon.problems import prolonged
+from ribbon.problems.itself.pairs import Pair
 from ribbon.problems.layout import ETA, POSITION, QUATERNION, SLOPE, STRIDE
 from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.touching import Touch
@@ -52,6 +53,8 @@ _STANDS = 0.05
 _BALANCED = 1e-11
 #: Part of a bound up to which slopes are inside it, and the largest change of xi in a step.
 _INSIDE, _LONGEST = 1.0 - 1e-13, 1.5
+#: Step along the branch by which it is told which way places slide.
+_AHEAD = 1e-6
 
 
 def differenced(residual: Callable[[float], FloatArray], t: float, step: float) -> FloatArray:
@@ -70,7 +73,9 @@ class Equations:
 
     anchor: of the gauges (`ribbon.problems.protocol.Problem.anchor`); grading: of elements that follow the passages
     of the curvature through zero, those that stand at `placed` (m,); None: elements stay; touching: places that are
-    held on walls' sides between joints, on every segment where they slide (`ribbon.find.branch.walls`)."""
+    held on walls' sides between joints, on every segment where they slide (`ribbon.find.branch.walls`); pairs: places
+    of the strip that are held from each other, or were up to here (`ribbon.find.branch.itself`); begun: rows of those
+    that have come into force at the last event."""
 
     problem_at: ProblemAt
     lengths: FloatArray
@@ -82,6 +87,8 @@ class Equations:
     grading: Grading | None = None
     placed: FloatArray = field(default_factory=lambda: np.zeros(0))
     touching: tuple[Touch, ...] = ()
+    pairs: tuple[Pair, ...] = ()
+    begun: tuple[int, ...] = ()
 
     @classmethod
     def of(
@@ -94,10 +101,11 @@ class Equations:
         bounds: FloatArray,
         grading: Grading | None = None,
         touching: tuple[Touch, ...] = (),
+        pairs: tuple[Pair, ...] = (),
     ) -> tuple[Equations, FloatArray]:
-        """The system around an equilibrium x (n,) with multipliers rows (m,) and bounds (n,), and its z; touching: of
-        the problem of which it is one."""
-        problem = problem_at(t, lengths).with_changes(touching=touching) if touching else problem_at(t, lengths)
+        """The system around an equilibrium x (n,) with multipliers rows (m,) and bounds (n,), and its z; touching,
+        pairs: of the problem of which it is one."""
+        problem = _with(problem_at(t, lengths), touching, pairs)
         if walls.slides(problem):
             own, touching = problem, walls.everywhere(problem)
             problem = own.with_changes(touching=touching)
@@ -116,7 +124,7 @@ class Equations:
         active = (below == above) | (np.abs(rows) > np.maximum(gap, 1e-9))
         if walls.slides(problem):
             active = (below == above) | (rows != 0.0)
-        system = cls(problem_at, lengths, x.copy(), free, active, side, anchor, grading, touching=touching)
+        system = cls(problem_at, lengths, x.copy(), free, active, side, anchor, grading, touching=touching, pairs=pairs)
         return system, np.concatenate([x[free], rows[active]])
 
     @property
@@ -137,12 +145,13 @@ class Equations:
         if t not in self._problems:
             while len(self._problems) >= _KEPT:
                 self._problems.pop(next(iter(self._problems)))
-            self._problems[t] = self._made(t, self.lengths, self.touching)
+            self._problems[t] = self._made(t, self.lengths, self.touching, self.pairs)
         return self._problems[t]
 
-    def _made(self, t: float, lengths: FloatArray, touching: tuple[Touch, ...]) -> MixedProblem:
-        found = self.problem_at(t, lengths)
-        return (found.with_changes(touching=touching) if touching else found).anchored(self.anchor)
+    def _made(
+        self, t: float, lengths: FloatArray, touching: tuple[Touch, ...], pairs: tuple[Pair, ...]
+    ) -> MixedProblem:
+        return _with(self.problem_at(t, lengths), touching, pairs).anchored(self.anchor)
 
     @cached_property
     def _slides(self) -> bool:
@@ -177,8 +186,10 @@ class Equations:
         except ValueError:
             return np.full(self.size, np.nan)
         x, rows = self.whole(z, t)
-        left = self.slope(problem, x, rows)[self.free]
-        return np.concatenate([left, (problem.constraints(x) - self._targets(problem))[self.active]])
+        missed = (problem.constraints(x) - self._targets(problem))[self.active]
+        if self.pairs and not np.isfinite(missed).all():  # no shape, of which nearest places are not looked for
+            return np.full(self.size, np.nan)
+        return np.concatenate([self.slope(problem, x, rows)[self.free], missed])
 
     def norm(self, residual: FloatArray) -> float:
         """The largest residual, forces over their unit."""
@@ -264,6 +275,18 @@ class Equations:
         return np.flatnonzero((lower < upper) & np.isfinite(upper))
 
     @cached_property
+    def _kept(self) -> bool:
+        """Whether parts of the strip keep from each other: a condition before those of the rows says of all their gaps
+        that have no row, that with a row have more behind them."""
+        return next(iter(self._problems.values())).apart > 0.0
+
+    @cached_property
+    def _pushed(self) -> slice:
+        """Rows of pairs."""
+        none = slice(self.active.size, self.active.size)
+        return next(iter(self._problems.values())).block_slices().get("pairs", none)
+
+    @cached_property
     def _one_sided(self) -> NDArray[np.int64]:
         problem = next(iter(self._problems.values()))
         below, above = problem.constraint_bounds()
@@ -272,7 +295,7 @@ class Equations:
     def slacks(self, z: FloatArray, t: float) -> FloatArray:
         """Of slopes of rulings and of rows of one side: how far they are from their bound, or how much they push."""
         problem = self.problem(t)
-        if not (self._bounded.size or self._one_sided.size):
+        if not (self._bounded.size or self._one_sided.size or self._kept):
             return np.zeros(0)
         x, rows = self.whole(z, t)
         found = []
@@ -286,17 +309,26 @@ class Equations:
         gap = np.minimum(c - below, above - c)
         push = np.where(np.isfinite(below), -rows, rows)
         slack = np.where(self.active, push, gap)
+        if self._kept:
+            least = np.array([itself.least(problem, x)])
+            found.append(slack[list(self.begun)].min(keepdims=True) if self.begun else least)
         if self._slides:
             slack[walls.represented(problem, self.active)] = 1.0
         found.append(slack[self._one_sided])
         if self._slides:
             found.append(walls.on_way(problem, x, self.active))
+        if self._kept:
+            held = self.active[self._pushed]
+            found += [itself.sliding(problem, x, held), itself.bends(problem, x, held)]
+            found += [least] if self.begun else []
         return np.concatenate(found)
 
     def beyond(
         self, z: FloatArray, t: float, condition: int, directions: FloatArray
     ) -> tuple[Equations, FloatArray, FloatArray, str]:
         """The system in which a bound or contact has begun or ended."""
+        if self._kept and condition >= self._bounded.size:
+            return self._beyond_itself(z, t, condition - self._bounded.size - 1, directions)
         x, rows = self.whole(z, t)
         free, active, side = self.free.copy(), self.active.copy(), self.side.copy()
         if condition < self._bounded.size:
@@ -321,10 +353,58 @@ class Equations:
         new.problem(t)
         return new, new.balanced(np.concatenate([x[free], rows[active]]), t), wide[there], what
 
+    def _beyond_itself(
+        self, z: FloatArray, t: float, number: int, directions: FloatArray
+    ) -> tuple[Equations, FloatArray, FloatArray, str]:
+        """The same of what parts of the strip do to each other; number: of the row of one side, -1 for a gap without
+        one, behind the rows places that slide, then pairs that spread. Itself where no branch goes on."""
+        problem, (x, rows) = self.problem(t), self.whole(z, t)
+        active, pairs, begun, places = self.active.copy(), self.pairs, self.begun, number - self._one_sided.size
+        if number < 0 or places >= 3 * len(pairs):
+            more = itself.closed(problem, x)
+            if not more:
+                return self, z, directions, itself.SPREAD
+            begun = tuple(range(active.size, active.size + len(more)))
+            active, rows = np.append(active, np.ones(len(more), dtype=bool)), np.append(rows, np.zeros(len(more)))
+            pairs, what = (*itself.slid(problem, x), *more), itself.named(more, "touch")
+        elif places < 0:
+            row = int(self._one_sided[number])
+            active[row] = not active[row]
+            k = row - self._pushed.start
+            what = itself.named(itself.slid(problem, x)[k : k + 1], "touch" if active[row] else "let go")
+        elif places < 2 * len(pairs):
+            ahead = x.copy()
+            if directions.shape[1]:
+                ahead[self.free] += _AHEAD * directions[: self._count, 0]
+            pairs, what = itself.gone_over(problem, x, places, ahead)
+        else:
+            return self, z, directions, itself.SPREAD
+        new = replace(self, active=active, base=x, pairs=pairs, begun=begun)
+        new.problem(t)
+        wide = np.zeros((active.size, directions.shape[1]))
+        wide[np.flatnonzero(self.active)] = directions[self._count :]
+        carried = np.vstack([directions[: self._count], wide[active]])
+        there = np.concatenate([x[self.free], rows[active]])
+        slid = 0 <= places < 2 * len(self.pairs)
+        return new, new.balanced(there, t) if slid else there, carried, what
+
+    def _without_idle(self, z: FloatArray, t: float) -> Equations:
+        """The system without pairs that are not in force: their gaps are among all the others."""
+        held = self.active[self._pushed]
+        if held.all() and not self.begun:
+            return self
+        where = itself.slid(self.problem(t), self.whole(z, t)[0])
+        pairs = tuple(pair for pair, on in zip(where, held, strict=True) if on)
+        active = np.concatenate([self.active[: self._pushed.start], held[held]])
+        new = replace(self, active=active, pairs=pairs, begun=())
+        new.problem(t)
+        return new
+
     def balanced(self, z: FloatArray, t: float) -> FloatArray:
         """z with the multipliers that balance where rows in force have been exchanged for others that say the same."""
         left = self.residual(z, t)
-        factor = self.factor(z, t) if self._slides and self.norm(left) > _BALANCED else None
+        exchanged = self._slides or bool(self.pairs)
+        factor = self.factor(z, t) if exchanged and self.norm(left) > _BALANCED else None
         return z if factor is None else z - factor.solve(left)
 
     def _named(self, row: int, t: float) -> str:
@@ -353,7 +433,7 @@ class Equations:
         """Elements graded to where the curvature passes zero now, itself where no passage has moved by more than half a
         least element; without a grading as many elements where layers need them, itself where they resolve these."""
         if self.grading is None:
-            new, z, directions = self.renewed(z, t, directions)
+            new, z, directions = (self._without_idle(z, t) if self._kept else self).renewed(z, t, directions)
             return new._in_layers(z, t, directions)
         problem = self.problem(t)
         now = passed(self.lengths, problem.joint_values(self.whole(z, t)[0])[0])
@@ -434,9 +514,10 @@ class Equations:
         """The system on other elements, z and directions on them: bounds and contacts where they were."""
         few = self.problem(t)
         x, rows = self.whole(z, t)
-        many = self._made(t, lengths, self.touching)
+        pairs = itself.slid(few, x)
+        many = self._made(t, lengths, self.touching, pairs)
         if self._slides:
-            many = self._made(t, lengths, walls.everywhere(many))
+            many = self._made(t, lengths, walls.everywhere(many), pairs)
         y = prolonged.shape(few, x, many)
         multipliers = walls.carried(few, x, rows, many, y)
         free = many.bounds()[0] != many.bounds()[1]
@@ -449,7 +530,7 @@ class Equations:
         below, above = many.constraint_bounds()
         active = (below == above) | (multipliers != 0.0)
         new = Equations(
-            self.problem_at, lengths, y, free, active, side, self.anchor, grading, placed, many.touching
+            self.problem_at, lengths, y, free, active, side, self.anchor, grading, placed, many.touching, pairs
         )  # fmt: skip
         new.problem(t)
         wide = np.zeros((many.size, directions.shape[1]))
@@ -471,6 +552,13 @@ class Equations:
 FINITE_ON_BOUNDS = ("sadowsky",)
 #: Energies of rulings without a gradient in the density.
 WITHOUT_GRADIENTS = ("sadowsky",)
+
+
+def _with(problem: MixedProblem, touching: tuple[Touch, ...], pairs: tuple[Pair, ...]) -> MixedProblem:
+    """The problem with places held on walls' sides and from each other."""
+    if not (touching or pairs):
+        return problem
+    return problem.with_changes(touching=touching, pairs=itself.on_edges(problem, pairs))
 
 
 def _rulings_of_nothing(problem: MixedProblem, x: FloatArray) -> BoolArray:

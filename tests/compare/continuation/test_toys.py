@@ -250,6 +250,17 @@ class _Cornered(_Resting):
 
 
 @dataclass(frozen=True)
+class _Ending(_Resting):
+    """Nothing is known beyond t = 0.05."""
+
+    def slacks(self, z, t):
+        return np.array([0.05 - t])
+
+    def beyond(self, z, t, condition, directions):
+        return self, z, directions, "ends"
+
+
+@dataclass(frozen=True)
 class _One:
     unstable: int = 0
 
@@ -257,6 +268,15 @@ class _One:
         return b
 
     solve_transposed = solve
+
+
+def test_a_branch_ends_where_its_system_knows_none_beyond():
+    run = follow(first_point(_Ending(), np.zeros(1), 0.0, 1e-10))
+    assert run.ended == "spread"
+    (last,) = run.specials
+    assert (last.kind, last.what, last.change) == ("event", "ends", 0)
+    assert run.points[-1].t == pytest.approx(0.05, abs=1e-12)
+    assert max(point.t for point in run.points) <= 0.05 + 1e-12
 
 
 def test_a_branch_on_which_nothing_keeps_to_a_condition_ends_there():

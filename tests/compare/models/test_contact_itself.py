@@ -13,7 +13,6 @@ from compare.models.choice import no_third_opinion, shell_in_words, third_opinio
 from compare.pages.result import state_result
 from compare.pages.solve import rows
 from compare.scene.scene import loads
-from compare.studies.branches.states import states
 from compare.studies.checks import of_state
 from ribbonbench.errors import BadInput
 from tests.reference.touching_fold import folds
@@ -195,17 +194,6 @@ def test_a_seed_through_itself_is_refused_as_a_seed():
         solve(scene.replace({"seed": None, "strip.natural_curvature": 14.0}))
     assert (caught.value.key, caught.value.value) == ("strip.natural_curvature", 14.0)
     assert solve(scene.replace({"seed.curvature": [4.0, 8.0]})).ok
-
-
-@pytest.mark.parametrize("follow", [lambda scene: model("ribbon").branch_start(lambda _: scene), states])
-def test_what_would_go_through_itself_along_a_branch_is_refused(follow):
-    """The ribbon's branches, and what tells its states apart, know walls alone: a pair that touches is none of theirs.
-    Followed all the same, a loop between two bars was told stable until its sides lay in each other."""
-    scene = loads(FOLD, "fold")
-    with pytest.raises(BadInput) as refused:
-        follow(scene)
-    assert "contact.itself" in str(refused.value)
-    assert model("ribbon").branch_start(lambda _: scene.replace({"contact": None, "path": None})).state.ok
 
 
 def test_contact_with_itself_counts_among_the_effects():
