@@ -150,7 +150,10 @@ class Search:
         there, gaps = now
         held = np.flatnonzero(own > 0.0)
         hessian = bent.hessian(gaps, own, self.ends.pull(tied.nu))
-        factor, added = self._positive(hessian, slopes[held], tied.along)
+        try:
+            factor, added = self._positive(hessian, slopes[held], tied.along)
+        except np.linalg.LinAlgError:
+            return None
         gradient = bent.gradient
         gap = gaps.gap
         if added:
