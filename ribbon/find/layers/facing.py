@@ -17,8 +17,8 @@ from ribbon.problems.mixed import MixedProblem
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Samples of a segment in which feet are looked for, at the least, and how far it may bulge between two of them over the
-#: distance to be kept: on which side a layer lies is read there.
+#: Samples of a segment in which feet are looked for, at the least, and how far it may bulge between two of them, over
+#: the distance to be kept: on which side a layer lies is read there.
 _SAMPLES, _BULGE = 4, 0.05
 
 

@@ -15,7 +15,6 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon import law
 from ribbon.find.layers import ends
 from ribbon.find.layers.bent import Bent
 from ribbon.find.layers.curvatures import Lain, Search
@@ -31,9 +30,8 @@ FloatArray = NDArray[np.float64]
 
 #: Gap over the distance to be kept within which layers lie on each other to begin with, and stations, at the least.
 _REACH, _FEWEST = 40.0, 3
-#: Rounds of places between joints, depth (l) from which they are put there, and how far a strip may bulge between those
-#: that are there from the beginning, over the distance to be kept, where joints alone do not do.
-_BETWEEN, _DEPTH, _BULGE = 8, 0.9 * nearness.TOLERANCE, 0.5
+#: Rounds of places between joints, and depth (l) from which they are put there.
+_BETWEEN, _DEPTH = 8, 0.9 * nearness.TOLERANCE
 #: What is left of the equations over their unit.
 _LEFT = 1e-10
 #: Pushes over the largest one from which stations are told: the first with which they balance.
@@ -50,45 +48,20 @@ def lain(
         return None
     clock, steps = time.perf_counter(), 0
     plane = problem.with_changes(box=None, pairs=(), held_by="elimination").anchored(problem.anchor(x))
-    for places in ([], _dense(plane, x)):
-        found, count = _settled(plane, x, places, _LEFT * force_scale(problem), options, progress)
-        steps += count
-        if found is not None:
-            return _freed(problem, plane, found, steps, time.perf_counter() - clock)
-        if spent():
-            break
-    return None
-
-
-def _settled(
-    plane: MixedProblem, x: FloatArray, more: list[float], tolerance: float, options: Options | None,
-    progress: Progress | None,
-) -> tuple[Lain | None, int]:  # fmt: skip
-    """The equilibrium downhill of x (n,) with rows at the joints and at `more` to begin with, nowhere too deep between
-    them; None: none is found. And the steps."""
+    more: list[float] = []
     known: dict[tuple[float, int], float] = {}
-    steps = 0
     for _ in range(_BETWEEN):
         search = Search(plane, np.array(more), options, progress)
-        found = search.settle(x, known, tolerance)
+        found = search.settle(x, known, _LEFT * force_scale(problem))
         steps += found.steps
         if not found.found or spent():
-            break
+            return None
         deep = nearness.minima(plane, found.x, -_DEPTH)
         if not deep:
-            return found, steps
-        more += [pair.s for _, pair in deep if all(abs(pair.s - s) > 1e-3 * plane.lengths.min() for s in more)]
+            return _freed(problem, plane, found, steps, time.perf_counter() - clock)
+        more += [pair.s for _, pair in deep if all(abs(pair.s - s) > 1e-3 * problem.lengths.min() for s in more)]
         x, known = found.x, found.by_place
-    return None, steps
-
-
-def _dense(plane: MixedProblem, x: FloatArray) -> list[float]:
-    """Abscissae between which an arc of the greatest curvature bulges by half the distance to be kept at the most: where
-    joints are farther from each other a layer may pass through the next one unseen by them."""
-    bent = max(float(np.abs(x[plane.layout.omega]).max()), *(abs(k) for k in law.values(plane.strip.curvature)))
-    parts = np.ceil(plane.lengths * np.sqrt(bent / (8.0 * _BULGE * plane.apart))).astype(int)
-    starts = np.concatenate([[0.0], np.cumsum(plane.lengths)])
-    return [float(a + h * k / n) for a, h, n in zip(starts, plane.lengths, parts, strict=False) for k in range(1, n)]
+    return None
 
 
 def stands(problem: MixedProblem, minimum: Minimum) -> bool:
@@ -108,7 +81,8 @@ def _in_a_plane(problem: MixedProblem, x: FloatArray) -> bool:
     sideways = problem.in_plane_values(x)
     flat = not problem.joint_values(x)[1].any() and (sideways is None or not sideways.any())
     alone = not problem.round and not problem.walls and not problem.rubs
-    return flat and alone and ends.in_plane(problem) and problem.formulation == "mixed" and not problem.joined and _is_held(problem)
+    plain = problem.formulation == "mixed" and not problem.joined
+    return flat and alone and plain and _is_held(problem) and ends.in_plane(problem)
 
 
 def _is_held(problem: MixedProblem) -> bool:

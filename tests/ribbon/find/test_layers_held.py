@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from ribbon import Clamp, Strip
+from ribbon.find import adaptive
 from ribbon.find.adaptive import refine_to_tolerance
 from ribbon.find.layers import ends, facing, plane
-from ribbon.find.layers.bent import Bent
+from ribbon.find.layers.bent import Bent, Gaps
 from ribbon.find.solve import build, solve_shape
 from ribbon.judge import nearness
 
@@ -58,6 +59,22 @@ def test_what_an_end_asks_is_differentiated() -> None:
     np.testing.assert_allclose(slopes @ way, (ahead - back) / (2.0 * step), atol=1e-7)
 
 
+def test_the_hessian_has_what_an_end_pulls_with() -> None:
+    """Of E - nu e, by differences of its slope."""
+    problem = spring(30)
+    rows, omega, none = ends.Ends(problem), wound(TURNS, THICK, 30, 2.0), np.zeros(31)
+    way, nu, step = np.random.default_rng(3).normal(size=31), np.array([150.0, -80.0, 20.0]), 1e-5
+
+    def slope(curvatures: np.ndarray) -> np.ndarray:
+        bent = Bent(problem, problem.state(curvatures, none))
+        return bent.gradient - nu @ rows.slopes(bent.moves)
+
+    by_differences = (slope(omega + step * way) - slope(omega - step * way)) / (2.0 * step)
+    x = problem.state(omega, none)
+    hessian = Bent(problem, x).hessian(Gaps(None, x), np.zeros(0), rows.pull(nu))
+    np.testing.assert_allclose(hessian @ way, by_differences, atol=1e-6 * np.abs(by_differences).max())
+
+
 def test_a_spring_clamped_at_both_ends_is_the_planar_elasticas(held) -> None:
     assert held.status.code == "converged"
     assert held.stable
@@ -83,7 +100,9 @@ def test_its_clamps_are_where_they_are_and_balance_each_other(held) -> None:
     np.testing.assert_allclose(first.moment + last.moment + np.cross(r[-1] - r[0], last.force), 0.0, atol=1e-7)
 
 
-def test_a_spring_clamped_at_both_ends_is_found_on_finer_segments(held) -> None:
+def test_a_spring_clamped_at_both_ends_is_found_on_finer_segments(held, monkeypatch) -> None:
+    """From its curvatures, and not by a search in space, which takes minutes."""
+    monkeypatch.setattr(adaptive, "switch", None)
     finer = refine_to_tolerance(held, 1e-3, strict=False)
     assert finer.ok
     assert finer.problem.lengths.size >= 120
@@ -93,17 +112,17 @@ def test_a_spring_clamped_at_both_ends_is_found_on_finer_segments(held) -> None:
 def test_an_end_out_of_the_plane_is_none_of_a_plane_coil() -> None:
     end = wound_end()
     assert ends.in_plane(spring(20))
-    aside = np.asarray(end.position) + (0.0, 0.0, 1e-3)
+    aside = np.add(end.position, (0.0, 0.0, 1e-3))
     assert not ends.in_plane(spring(20, end=Clamp(tuple(aside), end.tangent, end.normal)))
-    lean = np.asarray(end.normal) + (0.0, 0.0, 1e-3)
+    lean = np.add(end.normal, (0.0, 0.0, 1e-3))
     lean /= np.linalg.norm(lean)
     assert not ends.in_plane(spring(20, end=Clamp(end.position, end.tangent, tuple(lean))))
 
 
 @pytest.mark.parametrize(("curved", "thick", "segments"), [(30.0, 1e-3, 24), (30.0, 3e-4, 24)])
 def test_a_thin_coil_settles_on_few_segments(curved: float, thick: float, segments: int) -> None:
-    """3.8 turns: of the first the samples of a segment were farther from each other than layers are, through the second
-    a layer passes between two joints. Energies on 80 segments: -449.2940 and -449.9377."""
+    """3.8 turns: a segment bulged by more than layers are apart between the samples at which sides are read.
+    Energies on 80 segments: -449.2940 and -449.9377."""
     strip = Strip(1.0, 0.03, 0.3, natural_curvature=curved)
     problem = build(strip, START, segments=segments, apart=thick)
     found = plane.lain(problem, problem.state(wound(3.8, thick, segments, 1.5), np.zeros(segments + 1)))
