@@ -214,8 +214,9 @@ def _lain(problem: Any, x: FloatArray, other: Equilibrium) -> Equilibrium | None
     from ribbon.find.layers import plane
     from ribbon.find.solving.request import How
     from ribbon.find.solving.verdict import judged
+    from ribbon.problems.mixed import MixedProblem
 
-    if not other.problem.row_count or not plane.is_layered(other.problem, other.x):
+    if not isinstance(other.problem, MixedProblem) or not plane.is_layered(other.problem, other.x):
         return None
     lain = plane.lain(problem, x)
     return None if lain is None else judged(*lain, How(leave_saddle=True))
