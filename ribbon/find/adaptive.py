@@ -28,6 +28,7 @@ from ribbon.find.stretched import is_stretched
 from ribbon.loads import Gravity
 from ribbon.notes import Note
 from ribbon.problems.chained import segment_lengths
+from ribbon.problems.mixed import MixedProblem
 from ribbon.problems.protocol import Problem
 from ribbon.result import Equilibrium, Refinement, Status
 from ribbon.solvers import choose
@@ -212,9 +213,18 @@ def refine_to_tolerance(
 
 def _moved_to(state: Equilibrium, lengths: FloatArray, check: bool = True) -> Equilibrium:
     """The scene on other segments, from its state on those before."""
-    if state.problem.row_count and not _evenly(state.problem.closure):
+    if state.problem.row_count and not _evenly(state.problem.closure) and not _lies(state.problem, state.x):
         return switch(state.problem.with_changes(lengths=lengths), state, check=check)
     return on_segments(state, lengths, check=check)
+
+
+def _lies(problem: Problem, x: FloatArray) -> bool:
+    """Whether layers lie on each other in a plane, where they are found again from their curvatures."""
+    if not isinstance(problem, MixedProblem) or not problem.pairs:
+        return False
+    from ribbon.find.layers import plane
+
+    return plane.is_layered(problem, x)
 
 
 def _tried(state: Equilibrium, moved: float | None, coarse: Equilibrium | None = None) -> Refinement:

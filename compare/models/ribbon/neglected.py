@@ -195,7 +195,8 @@ def beside(scene: Scene, equilibrium: Equilibrium, ratio: float | None = None) -
     problem = anchored(problem, equilibrium)
     omega, eta = equilibrium.problem.joint_values(equilibrium.x)
     twist = eta if equilibrium.problem.fields.free else eta * omega
-    there = solve_from(problem, problem.state(omega, twist), leave_saddle=True)
+    there = _lain(problem, problem.state(omega, twist), equilibrium)
+    there = there or solve_from(problem, problem.state(omega, twist), leave_saddle=True)
     if there.ok and inflections(there) <= inflections(equilibrium):
         return there
     keys = {"segments": equilibrium.problem.lengths, "formulation": _form(own), "leave_saddle": True}
@@ -205,6 +206,20 @@ def beside(scene: Scene, equilibrium: Equilibrium, ratio: float | None = None) -
         return there
     better = again.ok and not (there.ok and there.energy.total <= again.energy.total)
     return again if better else there
+
+
+def _lain(problem: Any, x: FloatArray, other: Equilibrium) -> Equilibrium | None:
+    """The state whose layers lie on each other in a plane as another one's do, from x (n,); None: that one has none, or
+    none are found. A search in space that knows of no plane takes minutes there."""
+    from ribbon.find.layers import plane
+    from ribbon.find.solving.request import How
+    from ribbon.find.solving.verdict import judged
+    from ribbon.problems.mixed import MixedProblem
+
+    if not isinstance(other.problem, MixedProblem) or not plane.is_layered(other.problem, other.x):
+        return None
+    lain = plane.lain(problem, x)
+    return None if lain is None else judged(*lain, How(leave_saddle=True))
 
 
 def _form(scene: Scene) -> str:

@@ -58,14 +58,15 @@ class Bent:
         found[self._rows] = self._glue.solve(-(self._slope + pull)[self._made], "T")
         return found
 
-    def hessian(self, gaps: Gaps, pushes: FloatArray) -> FloatArray:
-        """H (p + 1, p + 1) with pushes mu (k,), D w / l^2."""
+    def hessian(self, gaps: Gaps, pushes: FloatArray, pull: FloatArray | None = None) -> FloatArray:
+        """H (p + 1, p + 1) with pushes mu (k,), D w / l^2, and the pull (n,) of rows that are linear in x."""
+        held = np.zeros(self.x.size) if pull is None else -pull
         if not pushes.any():
-            inner = self.problem.hessian_matrix(self.x, self.multipliers(np.zeros(self.x.size)))
+            inner = self.problem.hessian_matrix(self.x, self.multipliers(held))
             return np.asarray(self.moves.T @ (inner @ self.moves))
         assert gaps.rows is not None
         by_row = pushes * gaps.share
-        inner = self.problem.hessian_matrix(self.x, self.multipliers(-(gaps.jacobian.T @ by_row)))
+        inner = self.problem.hessian_matrix(self.x, self.multipliers(held - gaps.jacobian.T @ by_row))
         one, other = gaps.rows.hessian_structure()
         lower = scipy.sparse.csr_matrix((gaps.rows.hessian(self.x, -by_row), (one, other)), shape=inner.shape)
         inner = inner + lower + scipy.sparse.tril(lower, -1).T

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from ribbon import law
 from ribbon.find.layers import quadratic
 from ribbon.find.layers.bent import Bent, Gaps, planar_mass
+from ribbon.find.layers.ends import Ends, Tied
 from ribbon.find.layers.facing import Faced, crossed, faced
 from ribbon.find.solving.request import Options, Progress
 from ribbon.problems.mixed import MixedProblem
@@ -35,21 +36,22 @@ _STEPS, _HALVINGS, _TURN = 300, 12, 0.5
 _REACH = 0.04
 #: What is left of the equations, D w / l, at which it is found, over their unit, and from which steps are Newton's.
 _FOUND, _NEAR = 1e-10, 1e-2
-#: Gap (l) that is left where it is found.
-_CLOSED = 1e-12
+#: Gap (l), and what is missing at a clamped end (l, rad), that is left where it is found; steps back to that clamp.
+_CLOSED, _BACK = 1e-12, 30
 #: rho (D w / l^3); the part of K^2 with which the mass begins, and its growth.
 _HOLDING, _SHIFT, _GROWTH = 1e6, 0.02, 5.0
 
 
 @dataclass(frozen=True)
 class Lain:
-    """Unknowns x (n,) of a plane shape, what its places face, gaps and pushes (k,), D w / l^2, what is left of the
-    equations, D w / l, and steps; found: whether nothing more is."""
+    """Unknowns x (n,) of a plane shape, what its places face, gaps and pushes (k,), D w / l^2, what holds its end, what
+    is left of the equations, D w / l, and steps; found: whether nothing more is."""
 
     x: FloatArray
     faced: Faced
     gaps: Gaps
     pushes: FloatArray
+    nu: FloatArray
     left: float
     steps: int
     found: bool
@@ -67,6 +69,7 @@ class Search:
         self, problem: MixedProblem, more: FloatArray, options: Options | None = None, progress: Progress | None = None
     ) -> None:
         self.problem, self._progress = problem, progress
+        self.ends = Ends(problem)
         self._steps = int((options or {}).get("max_iter", _STEPS))
         joints = np.concatenate([[0.0], np.cumsum(problem.lengths)])
         joints[-1] = 1.0
@@ -78,25 +81,59 @@ class Search:
 
     def settle(self, x: FloatArray, known: dict[tuple[float, int], float], tolerance: float) -> Lain:
         """The equilibrium downhill of x (n,), whose places push by `known` (by place and side) to begin with."""
-        now = self._seen(self.problem.state(x[self.problem.layout.omega], self._none))
+        now = self._seen(self._begun(x[self.problem.layout.omega]))
         own = _given(now[0], known)
         for count in range(self._steps + 1):
             there, gaps = now
             bent = Bent(self.problem, gaps.x)
             slopes = gaps.slopes(bent)
-            left = float(np.abs(bent.gradient - slopes.T @ own).max())
-            found = left <= tolerance and _closed(gaps.gap, own)
+            free = bent.gradient - slopes.T @ own
+            tied = self.ends.tied(bent.moves, free)
+            left = float(np.abs(free - tied.nu @ tied.slopes).max())
+            found = left <= tolerance and _closed(gaps.gap, own) and self._is_tied(gaps.x)
             if self._progress is not None:
                 self._progress(count, self.problem.value(gaps.x), left)
             if found or count == self._steps or spent():
                 break
             kept = gaps.gap[own == 0.0].min(initial=0.0) >= -_CLOSED
-            moved = self._newton(bent, now, slopes, own, left, tolerance) if left < _NEAR and kept else None
-            moved = moved or self._step(bent, now, slopes, own)
+            moved = self._newton(bent, now, slopes, own, tied, left, tolerance) if left < _NEAR and kept else None
+            moved = moved or self._step(bent, now, slopes, own, tied)
             if moved is None:
                 break
             now, own = moved
-        return Lain(gaps.x, there, gaps, own, left, count, found)
+        return Lain(gaps.x, there, gaps, own, tied.nu, left, count, found)
+
+    def _is_tied(self, x: FloatArray) -> bool:
+        """Whether the end is where its clamp is."""
+        return bool(np.abs(self.ends.off(x)).max(initial=0.0) <= _CLOSED)
+
+    def _begun(self, omega: FloatArray) -> FloatArray:
+        """Unknowns (n,) of the shape of curvatures (p + 1,) with its end brought to its clamp, as far as it goes."""
+        x = self.problem.state(omega, self._none)
+        for _ in range(_BACK if self.ends.count else 0):
+            if self._is_tied(x):
+                break
+            slopes, off = self.ends.slopes(Bent(self.problem, x).moves), self.ends.off(x)
+            step = -np.linalg.lstsq(slopes, off, rcond=None)[0]
+            size, _ = self._longest(x, step)
+            x = self.problem.state(x[self.problem.layout.omega] + size * step, self._none)
+        return x
+
+    def _back(self, omega: FloatArray, tied: Tied) -> FloatArray | None:
+        """Unknowns (n,) of curvatures (p + 1,) put back on the clamp at the end, with what was tied beside them; None:
+        they are too far from it."""
+        x = self.problem.state(omega, self._none)
+        if not self.ends.count:
+            return x
+        before, inverse = np.inf, np.linalg.pinv(tied.slopes)
+        for _ in range(_BACK):
+            off = self.ends.off(x)
+            much = float(np.abs(off).max())
+            if much < 1e-2 * _CLOSED or not much < before:
+                break
+            before, omega = much, omega - inverse @ off
+            x = self.problem.state(omega, self._none)
+        return x if self._is_tied(x) else None
 
     def _seen(self, x: FloatArray) -> tuple[Faced, Gaps]:
         there = faced(self.problem, x, self.places, _REACH)
@@ -107,17 +144,22 @@ class Search:
         return self.problem.value(gaps.x) - penalty * float(np.minimum(gaps.gap, 0.0).sum())
 
     def _step(
-        self, bent: Bent, now: tuple[Faced, Gaps], slopes: FloatArray, own: FloatArray
+        self, bent: Bent, now: tuple[Faced, Gaps], slopes: FloatArray, own: FloatArray, tied: Tied
     ) -> tuple[tuple[Faced, Gaps], FloatArray] | None:
         """What is seen and pushes after a step; None: none goes downhill."""
         there, gaps = now
         held = np.flatnonzero(own > 0.0)
-        factor, added = self._positive(bent.hessian(gaps, own), slopes[held])
+        hessian = bent.hessian(gaps, own, self.ends.pull(tied.nu))
+        try:
+            factor, added = self._positive(hessian, slopes[held], tied.along)
+        except np.linalg.LinAlgError:
+            return None
         gradient = bent.gradient
         gap = gaps.gap
         if added:
             gradient = gradient + added * slopes[held].T @ gap[held]
-        step, fresh = quadratic.least(factor, gradient, slopes, gap, own > 0.0)
+        along, fresh = quadratic.least(factor, gradient @ tied.along, slopes @ tied.along, gap, own > 0.0)
+        step = tied.along @ along
         if added:
             fresh[held] = np.maximum(fresh[held] - added * (slopes[held] @ step + gap[held]), 0.0)
         size, far = self._longest(gaps.x, step)
@@ -126,7 +168,11 @@ class Search:
         rate = float(bent.gradient @ step) + penalty * float(np.minimum(gap, 0.0).sum())
         omega = gaps.x[self.problem.layout.omega]
         for _ in range(_HALVINGS):
-            after = self._seen(self.problem.state(omega + size * step, self._none))
+            there_x = self._back(omega + size * step, tied)
+            if there_x is None:
+                size, far = 0.5 * size, 0.5 * far
+                continue
+            after = self._seen(there_x)
             less = before + min(1e-4 * size * rate, 0.0) + 1e-12 * max(1.0, abs(before))
             if self._merit(after[1], penalty) <= less and not crossed(there, after[0], 2.0 * far + self._long):
                 mixed = _by_place(there, own + size * (fresh - own))
@@ -139,26 +185,34 @@ class Search:
         return float(self.problem.lengths.max())
 
     def _newton(
-        self, bent: Bent, now: tuple[Faced, Gaps], slopes: FloatArray, own: FloatArray, left: float, tolerance: float
-    ) -> tuple[tuple[Faced, Gaps], FloatArray] | None:
+        self, bent: Bent, now: tuple[Faced, Gaps], slopes: FloatArray, own: FloatArray, tied: Tied, left: float,
+        tolerance: float,
+    ) -> tuple[tuple[Faced, Gaps], FloatArray] | None:  # fmt: skip
         """The same after Newton's step with what pushes held; None: something pulls, or what is left grows."""
         there, gaps = now
         held = np.flatnonzero(own > 0.0)
-        rows, m = slopes[held], self._none.size
-        matrix = np.block([[bent.hessian(gaps, own), -rows.T], [rows, np.zeros((held.size, held.size))]])
-        residual = np.concatenate([bent.gradient - slopes.T @ own, gaps.gap[held]])
+        rows, m = np.concatenate([slopes[held], tied.slopes]), self._none.size
+        hessian = bent.hessian(gaps, own, self.ends.pull(tied.nu))
+        matrix = np.block([[hessian, -rows.T], [rows, np.zeros((len(rows), len(rows)))]])
+        free = bent.gradient - slopes.T @ own - tied.nu @ tied.slopes
+        residual = np.concatenate([free, gaps.gap[held], self.ends.off(gaps.x)])
         try:
             step = np.linalg.solve(matrix, -residual)
         except np.linalg.LinAlgError:
             return None
         fresh = own.copy()
-        fresh[held] += step[m:]
+        fresh[held] += step[m : m + held.size]
         if self._longest(gaps.x, step[:m])[0] < 1.0 or fresh.min(initial=0.0) < 0.0:
             return None
-        after = self._seen(self.problem.state(gaps.x[self.problem.layout.omega] + step[:m], self._none))
+        x = self._back(gaps.x[self.problem.layout.omega] + step[:m], tied)
+        if x is None:
+            return None
+        after = self._seen(x)
         fresh = _given(after[0], _by_place(there, fresh))
         behind = Bent(self.problem, after[1].x)
-        again = float(np.abs(behind.gradient - after[1].slopes(behind).T @ fresh).max())
+        free = behind.gradient - after[1].slopes(behind).T @ fresh
+        held_there = self.ends.tied(behind.moves, free)
+        again = float(np.abs(free - held_there.nu @ held_there.slopes).max())
         return (after, fresh) if again < max(0.5 * left, tolerance) else None
 
     def _longest(self, x: FloatArray, step: FloatArray) -> tuple[float, float]:
@@ -175,12 +229,15 @@ class Search:
             size *= max(0.4 * _REACH / far, 0.1)
         return size, far
 
-    def _positive(self, hessian: FloatArray, held: FloatArray) -> tuple[tuple[FloatArray, bool], float]:
-        """A Cholesky factor of H, of H with what pushes held, or with so much of the mass as it needs; and rho."""
+    def _positive(
+        self, hessian: FloatArray, held: FloatArray, along: FloatArray
+    ) -> tuple[tuple[FloatArray, bool], float]:
+        """A Cholesky factor of H along the columns of `along`, of H with what pushes held, or with so much of the mass
+        as it needs; and rho."""
         added, by = 0.0, 0.0
         while True:
             try:
-                return scipy.linalg.cho_factor(hessian + by * self._mass), added
+                return scipy.linalg.cho_factor(along.T @ (hessian + by * self._mass) @ along), added
             except np.linalg.LinAlgError:
                 if not added and len(held):
                     added = _HOLDING

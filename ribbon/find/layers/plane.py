@@ -15,12 +15,14 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbon.find.layers import ends
 from ribbon.find.layers.bent import Bent
 from ribbon.find.layers.curvatures import Lain, Search
 from ribbon.find.solving.request import Options, Progress
 from ribbon.judge import layers, nearness
 from ribbon.problems.itself.pairs import Pair
 from ribbon.problems.mixed import MixedProblem
+from ribbon.problems.mixed_kernels import ROWS
 from ribbon.solvers.budget import spent
 from ribbon.solvers.problem import NEWTON, RESIDUAL_TOLERANCE, Minimum, force_scale, kkt_residual
 
@@ -78,8 +80,9 @@ def _in_a_plane(problem: MixedProblem, x: FloatArray) -> bool:
     """Whether a shape bends about its rulings alone, and nothing but itself and what holds its start is in its way."""
     sideways = problem.in_plane_values(x)
     flat = not problem.joint_values(x)[1].any() and (sideways is None or not sideways.any())
-    alone = not problem.round and not problem.walls and not problem.rubs and problem.end is None
-    return flat and alone and problem.formulation == "mixed" and not problem.joined and _is_held(problem)
+    alone = not problem.round and not problem.walls and not problem.rubs
+    plain = problem.formulation == "mixed" and not problem.joined
+    return flat and alone and plain and _is_held(problem) and ends.in_plane(problem)
 
 
 def _is_held(problem: MixedProblem) -> bool:
@@ -104,7 +107,9 @@ def _freed(
     force, as few of them as tell it; None where it is no equilibrium of it."""
     x, pairs = found.x, _slid(found)
     by_row = found.pushes * found.gaps.share
-    glue = Bent(plane, x).multipliers(-(found.gaps.jacobian.T @ by_row) if pairs else np.zeros(x.size))
+    held = ends.Ends(plane)
+    pull = -held.pull(found.nu) - (found.gaps.jacobian.T @ by_row if pairs else 0.0)
+    glue = Bent(plane, x).multipliers(pull)[: ROWS * plane.lengths.size]
     none, anchor = np.zeros(x.size), plane.anchor(x)
     for least in _CLEARLY:
         kept = np.flatnonzero(by_row > least * by_row.max(initial=0.0))
@@ -112,6 +117,7 @@ def _freed(
         free = problem.with_changes(pairs=tuple(edges)).anchored(anchor)
         rows = np.zeros(free.row_count)
         rows[: glue.size] = glue
+        held.write(free, found.nu, rows)
         if edges:
             rows[free.block_slices()["pairs"]] = -0.5 * np.repeat(by_row[kept], 2)
         _hold(free, x, rows)

@@ -1,10 +1,10 @@
-"""Strips that rub on each other: one increment of their path (docs/theory.md, eq. (5.15), (5.21), (5.23)).
+"""Strips that rub on each other: one increment of their path (docs/theory.md, eq. (5.15), (5.21), (5.24)).
 
 Where they push each other at the end of an increment, and pushed each other near there at its beginning, the spot of
 one goes along the other only against Coulomb's friction. Bounds and guesses settle in rounds, as on walls
 (`ribbon.find.friction.increment`); places of contact, which slide, are those of the last minimum. What rubs on walls
 beside is found in the same rounds (`ribbon.find.strips.rubbing`). Of one strip that touches itself both spots are on
-it, and nothing else is another; (5.23) is what that does to a planar fold.
+it, and nothing else is another; (5.24) is what that does to a planar fold.
 """
 
 from __future__ import annotations
