@@ -8,6 +8,7 @@ other because a joint joins them they are not looked at: within `BESIDE` widths 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations
 
@@ -72,7 +73,7 @@ def minima(problem: StripsProblem, x: FloatArray, below: float) -> list[tuple[fl
         gaps, places = narrowed(problem, x, one, other, pairs)
         if places:  # what has slid to a joint is not looked at either
             along = np.array([[pair.s, pair.s_other] for pair in places])
-            far = ~_joined(problem, one, other, along[:, 0], along[:, 1])
+            far = ~joined(problem, one, other, along[:, 0], along[:, 1])
             gaps, places = gaps[far], [pair for pair, kept in zip(places, far, strict=True) if kept]
         found_here: list[Pair] = []
         for k in np.argsort(gaps, kind="stable"):
@@ -103,7 +104,7 @@ def _beginnings(problem: StripsProblem, sampled: list[_Sampled], one: int, other
     near = scipy.spatial.cKDTree(a.r).query_ball_tree(scipy.spatial.cKDTree(b.r), reach + wide + a.step + b.step)
     i = np.repeat(np.arange(len(near)), [len(each) for each in near])
     j = np.array([k for each in near for k in each], dtype=np.int64)
-    far = ~_joined(problem, one, other, a.s[i], b.s[j]) if i.size else np.zeros(0, dtype=bool)
+    far = ~joined(problem, one, other, a.s[i], b.s[j]) if i.size else np.zeros(0, dtype=bool)
     i, j = i[far], j[far]
     if not i.size:
         return []
@@ -146,7 +147,7 @@ def _edges(
     return found
 
 
-def _joined(problem: StripsProblem, one: int, other: int, s: FloatArray, s_other: FloatArray) -> NDArray[np.bool_]:
+def joined(problem: StripsProblem, one: int, other: int, s: FloatArray, s_other: FloatArray) -> NDArray[np.bool_]:
     """Whether places are beside ends of both strips that stand at one place."""
     group = _places(problem)
     near = np.zeros(s.shape, dtype=bool)
@@ -187,7 +188,7 @@ def narrowed(
                 past = int(beyond[k, side])
                 beside = part.beside(int(rows.segments[side, k]), past) if past else None
                 if beside is not None:
-                    at[2 * side] = _inside(part, beside, past)
+                    at[2 * side] = inside(part, beside, past)
                     passed = True
             moved.append(pair.at(at))
         if not passed:
@@ -212,7 +213,7 @@ def _beside(parts: tuple[Part, Part], pair: Pair, known: Pair) -> bool:
     )
 
 
-def _inside(part: Part, segment: int, step: int) -> float:
+def inside(part: Part, segment: int, step: int) -> float:
     """Where a place begins that goes over to a segment."""
     starts = np.concatenate([[0.0], np.cumsum(part.lengths)])
     inside = _INSIDE * part.lengths[segment]
@@ -237,7 +238,7 @@ def around(problem: StripsProblem, touching: list[Touching]) -> tuple[Touching, 
         for step, near in ((-1, share < _NEAR), (1, share > 1.0 - _NEAR)):
             beside = part.beside(i, step) if near else None
             if beside is not None:
-                own.append(_inside(part, beside, step))
+                own.append(inside(part, beside, step))
         return own
 
     for touch in touching:
@@ -299,9 +300,12 @@ def rows_of(old: StripsProblem, fresh: StripsProblem, point: Minimum) -> FloatAr
     return rows
 
 
-def downhill(problem: StripsProblem, x: FloatArray) -> tuple[StripsProblem, Minimum]:
+def downhill(
+    problem: StripsProblem, x: FloatArray, until: Callable[[StripsProblem, FloatArray], object] | None = None
+) -> tuple[StripsProblem, Minimum]:
     """The problem with the pairs of places that its equilibrium needs, and the equilibrium downhill of the unknowns x
-    (n,), without strips that pass through each other; one that has not arrived where none is found."""
+    (n,), without strips that pass through each other; one that has not arrived where none is found, and where `until`
+    is true of the unknowns on the way."""
     far, shorter, before = _TRAVEL * problem.apart, 1.0, None
     chosen: dict[str, float] = {"mu_init": 1e-5, "max_iter": _STEPS}
     point: Minimum | None = None
@@ -332,6 +336,8 @@ def downhill(problem: StripsProblem, x: FloatArray) -> tuple[StripsProblem, Mini
         chosen["max_iter"] = _STEPS if moved > 1.0 and not back else min(2 * int(chosen["max_iter"]), _MOST)
         far = min(2.0 * travel, _FARTHEST) if moved > 1.0 else travel
         shorter = min(1.0, 1.2 * shorter)
+        if until is not None and until(problem, x):
+            break
         if point.finished or point.residual <= RESIDUAL_TOLERANCE or spent() or not np.all(np.isfinite(x)):
             break
         if point.code not in (newton_rows.SOLVED, newton_rows.MOST):
