@@ -46,6 +46,8 @@ _LEFT, _CLOSED, _MET = 1e-10, 1e-12, 1e-13
 _RIGHT = 12
 #: rho (D w / l^3); the first shift of H in the metric of all strips, and its growth.
 _HOLDING, _SHIFT, _GROWTH = 1e6, 0.1, 5.0
+#: The most (over what is left of the equations) of the metric that is added to H at every step.
+_DAMPED = 0.1
 #: Gap (l_0) up to which a row may push, and part of the largest push from which it is told.
 _TOUCHES, _CLEARLY = 1e-9, 1e-9
 _DONE = "Newton's iteration on stations converged."
@@ -208,7 +210,10 @@ class _Search:
         inner = now.problem.hessian_matrix(now.x, rows)[self.free][:, self.free]
         hessian = moves.z.T @ (inner @ moves.z)
         held = np.flatnonzero(own > 0.0)
-        factor, added = self._positive(0.5 * (hessian + hessian.T), reduced[held], moves)
+        left = float(np.abs(slope @ moves.z - reduced.T @ own).max(initial=0.0))
+        mass = moves.z.T @ (self._metric[self.free][:, self.free] @ moves.z)
+        hessian = 0.5 * (hessian + hessian.T) + min(_DAMPED, left) * mass  # rulings of what is straight move nothing
+        factor, added = self._positive(hessian, reduced[held], mass)
         gradient = slope @ moves.z
         if added:
             gradient = gradient + added * reduced[held].T @ now.value[held]
@@ -234,21 +239,20 @@ class _Search:
             size *= 0.5
         return None
 
-    def _positive(self, hessian: FloatArray, held: FloatArray, moves: _Moves) -> tuple[tuple[FloatArray, bool], float]:
+    def _positive(
+        self, hessian: FloatArray, held: FloatArray, mass: FloatArray
+    ) -> tuple[tuple[FloatArray, bool], float]:
         """A Cholesky factor of H, of H with what pushes held, or with so much of the metric as it needs; and rho."""
-        added, by, mass = 0.0, 0.0, None
+        added, by = 0.0, 0.0
         while True:
-            shifted = hessian if mass is None else hessian + by * mass
             try:
-                return scipy.linalg.cho_factor(shifted), added
+                return scipy.linalg.cho_factor(hessian + by * mass), added
             except np.linalg.LinAlgError:
                 if not added and len(held):
                     added = _HOLDING
                     hessian = hessian + added * held.T @ held
                 else:
                     by = max(_GROWTH * by, _SHIFT)
-                    if mass is None:
-                        mass = moves.z.T @ (self._metric[self.free][:, self.free] @ moves.z)
             if not by < 1e12:
                 raise np.linalg.LinAlgError("not to be made positive")
 
