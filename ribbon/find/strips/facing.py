@@ -32,8 +32,8 @@ _LOOKED, _SAMPLES = 2, 6
 _EACH = 2
 #: Places of a segment on each line, and the lines (over half the width), on which they are looked at.
 _FINE, _LINES = 8, (-1.0, 0.0, 1.0)
-#: Times that a foot is put on the segment next to its own.
-_PASSED = 4
+#: Times that a foot is put on the segment next to its own, and how far beyond that it is then, over its length.
+_PASSED, _ON = 4, 1e-10
 
 
 class Station(NamedTuple):
@@ -155,13 +155,14 @@ def _feet(
     part = problem.parts[other]
     for _ in range(_PASSED):
         rows = problem.with_changes(touching=tuple(Touching(one, other, pair) for pair in pairs)).between(one, other)
-        places, beyond = rows.places(x), rows.beyond(x)[:, 1]
+        places, past = rows.places(x), rows.past(x)[:, 1]
+        beyond = np.where(np.abs(past) > _ON * part.lengths[rows.segments[1]], np.sign(past), 0.0)
         moved, passed = [], False
-        for k, (pair, past) in enumerate(zip(pairs, beyond, strict=True)):
-            beside = part.beside(int(rows.segments[1, k]), int(past)) if past else None
+        for k, (pair, side) in enumerate(zip(pairs, beyond, strict=True)):
+            beside = part.beside(int(rows.segments[1, k]), int(side)) if side else None
             at = pair._replace(s_other=float(places[k, 2]), u_other=float(places[k, 3]))
             if beside is not None:
-                at, passed = at._replace(s_other=touch.inside(part, beside, int(past))), True
+                at, passed = at._replace(s_other=touch.inside(part, beside, int(side))), True
             moved.append(at)
         if not passed:
             break

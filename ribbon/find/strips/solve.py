@@ -344,6 +344,8 @@ def _by_itself(
     problem: StripsProblem, point: Minimum, k: int, status: Status, check: stability.Stability | None
 ) -> Equilibrium:
     part, where = problem.parts[k], slice(problem.offsets[k], problem.offsets[k + 1])
+    if problem.touching:
+        part = part.with_changes(touched=problem.touched(point.x, point.rows)[k])
     x = problem.own(point.x, k)
     return Equilibrium(
         problem=part, status=status, message=status.value, x=x, multipliers=point.multipliers[where],
