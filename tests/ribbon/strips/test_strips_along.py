@@ -192,3 +192,17 @@ def test_a_quadratic_problem_whose_rows_are_the_same_is_solved():
     assert step == pytest.approx([1.0], abs=1e-9)
     assert push.sum() == pytest.approx(2.0, abs=1e-6)
     assert push.min() >= 0.0
+
+
+def test_an_edge_right_above_an_edge_slides_aside_for_nothing():
+    """As faces do: between their edges alone a place that moves aside by y would gain y^2 / 2 d."""
+    members = [cantilever(0.0, 0.0, segments=4), cantilever(APART, 0.0, segments=4)]
+    problem = assembled(members, (), None, "kirchhoff", APART)
+    x = placed(problem, shapes(problem, members, None))
+    edge = Pair(0.6, 0.025, 0.6, 0.025, False, True)
+    rows = problem.with_changes(touching=(Touching(0, 1, edge),)).between(0, 1)
+    aside = int(problem.offsets[1] + problem.parts[1].layout.joint(2).position[1])
+    at = np.array(rows.hessian_structure())
+    second = rows.hessian(x, np.ones(1))[(at == aside).all(axis=0)].sum()
+    assert second == pytest.approx(0.0, abs=1e-9)
+    assert rows.values(x) == pytest.approx([0.0], abs=1e-12)
