@@ -39,7 +39,10 @@ def _complementary(matrix: FloatArray, left: FloatArray, pushes: NDArray[np.bool
     """mu (k,) >= 0 with left + matrix mu >= 0, and one of both zero."""
     on = pushes.copy()
     for _ in range(_EXCHANGES):
-        push = _closed(matrix, left, on)
+        try:
+            push = _closed(matrix, left, on)
+        except np.linalg.LinAlgError:  # rows that repeat each other to the last digit
+            break
         again = np.where(on, push > 0.0, left + matrix @ push < -1e-14)
         if (again == on).all():
             return push

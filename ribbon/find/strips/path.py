@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbon.find.strips import moment, rubbing, sliding, solve, touch
+from ribbon.find.strips import moment, rubbing, sliding, solve
 from ribbon.find.strips.result import StripsEquilibrium
 from ribbon.find.tubes import swept
 from ribbon.problems.strips.problem import StripsProblem
@@ -105,8 +105,7 @@ def _without_friction(held: StripsProblem, bare: StripsProblem, state: StripsEqu
     """The equilibrium one increment behind `state`, with what it holds held, or without."""
     x = np.clip(state.x, *bare.bounds())
     if held.apart:
-        near, point = touch.downhill(held, x)
-        return solve.judged(*solve.settled(near, point))
+        return solve.judged(*solve.settled(*solve.descended(held, x)))
     warm = (state.rows, state.multipliers) if state.rows.size == held.row_count else None
     found = solve.judged(*solve.settled(held, newton_rows.minimise(held, x, {"max_iter": _WARM}, None, warm)))
     if found.status in _GOOD or spent():

@@ -12,11 +12,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from ribbon.contact import Barrier
 from ribbon.errors import RibbonInputError
-from ribbon.find.strips import moment, touch
+from ribbon.find.strips import facing, lain, moment, touch
 from ribbon.find.strips import walls as touching_walls
 from ribbon.find.strips.assemble import Member, assembled, shapes
 from ribbon.find.strips.result import StripsEquilibrium
@@ -108,6 +109,8 @@ def settled(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Mini
 
 def _held(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimum, float | None]:
     depth: float | None = None
+    if facing.is_held(problem):
+        return _lain(problem, point)
     for _ in range(_TURNS):
         problem, point, depth = touch.kept(problem, point)
         if not touching_walls.has_walls(problem):
@@ -116,6 +119,16 @@ def _held(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimu
         if depth is None or not touch.minima(problem, point.x, -touch.TOLERANCE):
             break
     return problem, point, depth
+
+
+def _lain(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimum, float | None]:
+    """The same where strips are held at stations: searched for again where they are too near, or behind a wall."""
+    depth, beyond = lain.depth(problem, point.x), touching_walls.deepest(problem, point.x)
+    good = point.residual <= RESIDUAL_TOLERANCE and depth <= touch.TOLERANCE
+    if spent() or (good and (beyond is None or beyond <= penetration.TOLERANCE)):
+        return problem, point, depth
+    found = lain.lain(problem, point.x, weights(problem))
+    return (problem, point, depth) if found is None else (*found, lain.depth(found[0], found[1].x))
 
 
 def _check_start(problem: StripsProblem, x: FloatArray, members: Sequence[Member]) -> None:
@@ -190,7 +203,22 @@ def _found(
     problem: StripsProblem, x: FloatArray, options: dict[str, float], warm: tuple[FloatArray, FloatArray] | None
 ) -> tuple[StripsProblem, Minimum]:
     """Stationary point from x; of strips that are kept apart by short steps, and with the places held that it needs."""
-    return touch.downhill(problem, x) if problem.apart else (problem, minimised(problem, x, options, warm))
+    return descended(problem, x) if problem.apart else (problem, minimised(problem, x, options, warm))
+
+
+def descended(problem: StripsProblem, x: FloatArray) -> tuple[StripsProblem, Minimum]:
+    """Stationary point downhill of x of strips that are kept apart: on stations where they lie along each other, else
+    and where none is found so with places that slide."""
+    tried = bool(facing.along(problem, x))
+    found = lain.lain(problem, x, weights(problem)) if tried else None
+    if found is not None:
+        return found
+    near, point = touch.downhill(problem, x, None if tried else facing.along)
+    if tried or point.residual <= RESIDUAL_TOLERANCE or spent() or not facing.along(near, point.x):
+        return near, point
+    found = lain.lain(near, point.x, weights(problem))
+    near, fresh = found or touch.downhill(near, point.x)
+    return near, replace(fresh, iterations=fresh.iterations + point.iterations, seconds=fresh.seconds + point.seconds)
 
 
 def minimised(
@@ -235,11 +263,9 @@ def _touches_box(problem: StripsProblem, x: FloatArray) -> bool:
     return False
 
 
-def weights(problem: StripsProblem) -> object:
+def weights(problem: StripsProblem) -> scipy.sparse.csr_matrix:
     """The metric of all strips in units of l_0: ``int (domega^2 + deta^2) ds`` of each, and where strips may turn at
     hinges and pins their starts too."""
-    import scipy
-
     turning = any(joint.kind in ("hinge", "pin") for joint in problem.joints)
     each = []
     for part, sigma in zip(problem.parts, problem.lengths_over, strict=True):
@@ -319,6 +345,8 @@ def _by_itself(
     problem: StripsProblem, point: Minimum, k: int, status: Status, check: stability.Stability | None
 ) -> Equilibrium:
     part, where = problem.parts[k], slice(problem.offsets[k], problem.offsets[k + 1])
+    if problem.touching:
+        part = part.with_changes(touched=problem.touched(point.x, point.rows)[k])
     x = problem.own(point.x, k)
     return Equilibrium(
         problem=part, status=status, message=status.value, x=x, multipliers=point.multipliers[where],
@@ -340,7 +368,7 @@ def left(state: StripsEquilibrium) -> StripsEquilibrium:
         for sign in (1.0, -1.0):
             x = state.x + sign * away / max(size, 1e-12) * state.mode
             if problem.apart:
-                near, point = touch.downhill(problem, x)
+                near, point = descended(problem, x)
             else:
                 near, point = problem, minimised(problem, x, {"mu_init": 1e-5, "max_iter": 300, "reach": 0.3})
             if point.residual > RESIDUAL_TOLERANCE:

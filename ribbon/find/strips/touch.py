@@ -9,6 +9,7 @@ is looked at as two, between places that face each other.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations, combinations_with_replacement
 
@@ -154,7 +155,7 @@ def _far(
 ) -> NDArray[np.bool_]:
     """Which places of two strips, or first and second ones of one, are looked at: not beside a joint of both; of one
     strip those that face each other, as its normals turn between them (`ribbon.judge.nearness`)."""
-    far = ~_joined(problem, one, other, s, s_other)
+    far = ~joined(problem, one, other, s, s_other)
     if one == other:
         own = sampled[one]
         first, second = np.interp(s, own.s, own.turned), np.interp(s_other, own.s, own.turned)
@@ -162,7 +163,7 @@ def _far(
     return far
 
 
-def _joined(problem: StripsProblem, one: int, other: int, s: FloatArray, s_other: FloatArray) -> NDArray[np.bool_]:
+def joined(problem: StripsProblem, one: int, other: int, s: FloatArray, s_other: FloatArray) -> NDArray[np.bool_]:
     """Whether places are beside ends of both strips that stand at one place."""
     group = _places(problem)
     near = np.zeros(s.shape, dtype=bool)
@@ -205,7 +206,7 @@ def narrowed(
                 past = int(beyond[k, side])
                 beside = part.beside(int(rows.segments[side, k]), past) if past else None
                 if beside is not None:
-                    at[2 * side] = _inside(part, beside, past)
+                    at[2 * side] = inside(part, beside, past)
                     passed = True
             moved.append(pair.at(at))
         if not passed:
@@ -230,7 +231,7 @@ def _beside(parts: tuple[Part, Part], pair: Pair, known: Pair) -> bool:
     )
 
 
-def _inside(part: Part, segment: int, step: int) -> float:
+def inside(part: Part, segment: int, step: int) -> float:
     """Where a place begins that goes over to a segment."""
     starts = np.concatenate([[0.0], np.cumsum(part.lengths)])
     inside = _INSIDE * part.lengths[segment]
@@ -255,7 +256,7 @@ def around(problem: StripsProblem, touching: list[Touching]) -> tuple[Touching, 
         for step, near in ((-1, share < _NEAR), (1, share > 1.0 - _NEAR)):
             beside = part.beside(i, step) if near else None
             if beside is not None:
-                own.append(_inside(part, beside, step))
+                own.append(inside(part, beside, step))
         return own
 
     for touch in touching:
@@ -317,9 +318,12 @@ def rows_of(old: StripsProblem, fresh: StripsProblem, point: Minimum) -> FloatAr
     return rows
 
 
-def downhill(problem: StripsProblem, x: FloatArray) -> tuple[StripsProblem, Minimum]:
+def downhill(
+    problem: StripsProblem, x: FloatArray, until: Callable[[StripsProblem, FloatArray], object] | None = None
+) -> tuple[StripsProblem, Minimum]:
     """The problem with the pairs of places that its equilibrium needs, and the equilibrium downhill of the unknowns x
-    (n,), without strips that pass through each other; one that has not arrived where none is found."""
+    (n,), without strips that pass through each other; one that has not arrived where none is found, and where `until`
+    is true of the unknowns on the way."""
     far, shorter, before = _TRAVEL * problem.apart, 1.0, None
     chosen: dict[str, float] = {"mu_init": 1e-5, "max_iter": _STEPS}
     point: Minimum | None = None
@@ -350,6 +354,8 @@ def downhill(problem: StripsProblem, x: FloatArray) -> tuple[StripsProblem, Mini
         chosen["max_iter"] = _STEPS if moved > 1.0 and not back else min(2 * int(chosen["max_iter"]), _MOST)
         far = min(2.0 * travel, _FARTHEST) if moved > 1.0 else travel
         shorter = min(1.0, 1.2 * shorter)
+        if until is not None and until(problem, x):
+            break
         if point.finished or point.residual <= RESIDUAL_TOLERANCE or spent() or not np.all(np.isfinite(x)):
             break
         if point.code not in (newton_rows.SOLVED, newton_rows.MOST):

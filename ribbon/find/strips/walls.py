@@ -45,7 +45,7 @@ def held(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimum
         return problem, point
     best, least = (problem, point), np.inf
     for _ in range(contacts.ROUNDS):
-        minima = _minima(problem, point.x, contacts.DEPTH)
+        minima = deep_places(problem, point.x, contacts.DEPTH)
         depth = max((-distance for own in minima for distance, _ in own), default=0.0)
         if depth < least:
             best, least = (problem, point), depth
@@ -69,7 +69,7 @@ def held(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimum
     return _slid(*_let_go(*best))
 
 
-def _minima(problem: StripsProblem, x: FloatArray, depth: float) -> list[list[tuple[float, Touch]]]:
+def deep_places(problem: StripsProblem, x: FloatArray, depth: float) -> list[list[tuple[float, Touch]]]:
     """What of each strip is deeper behind a wall than `depth`, over its own length."""
     return [
         penetration.minima(part, problem.own(x, k), -depth) if part.walls else []
@@ -122,7 +122,7 @@ def _slid(problem: StripsProblem, point: Minimum) -> tuple[StripsProblem, Minimu
         if again.residual > RESIDUAL_TOLERANCE:
             return problem, point
         here = replace(again, iterations=again.iterations + here.iterations, seconds=again.seconds + here.seconds)
-        minima = _minima(now, here.x, contacts.NEAREST)
+        minima = deep_places(now, here.x, contacts.NEAREST)
         beyond = [
             contacts.next_to_slide(part, [touch for _, touch in own])
             for part, own in zip(now.parts, minima, strict=True)

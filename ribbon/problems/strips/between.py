@@ -20,9 +20,14 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
+#: How far, over half the width, the place that slides may go past an edge, where the other place stays: edges right
+#: above each other are neither the nearest nor beyond, and the row has its second derivatives there.
+PAST_EDGE = 1e-4
+
+
 class Touching(NamedTuple):
     """Places of the strips `one` < `other` that are held apart: abscissae and places across (`Pair`), each over the
-    length of its own strip."""
+    length of its own strip. Where the first place stays (`Pair.stays`) it is of the strip `one`, whichever that is."""
 
     one: int
     other: int
@@ -74,11 +79,15 @@ class BetweenRows(PairRows):
         return np.stack([own.lengths[own.segments[0]] for own in self.sides], axis=1)
 
     @cached_property
+    def _stay(self) -> NDArray[np.bool_]:
+        return np.array([pair.stays for pair in self.pairs])
+
+    @cached_property
     def _room(self) -> tuple[FloatArray, FloatArray]:
         low, high = [], []
         for own in self.sides:
             segment = own.segments[0]
-            length, edge = own.lengths[segment], np.full(self.count, own.half_width)
+            length, edge = own.lengths[segment], own.half_width * (1.0 + PAST_EDGE * self._stay)
             before = np.where(segment == 0, 0.0, BEYOND)  # nothing is beyond a strip's ends
             behind = np.where(segment == own.lengths.size - 1, 0.0, BEYOND)
             low += [-before * length, -edge]

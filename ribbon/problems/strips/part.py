@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbon.element import quaternion
+from ribbon.problems import supports
 from ribbon.problems.mixed import MixedProblem
 
 FloatArray = NDArray[np.float64]
@@ -35,11 +36,13 @@ class Part(MixedProblem):
     """A strip among others: its joints hold it, so that none of its rigid motions is taken out.
 
     moment: at s = l, its axis fixed in space, in D w / l, None: none; turned: the quaternion (4,) of that end at which
-    its force is taken, None: nowhere yet, and it does nothing.
+    its force is taken, None: nowhere yet, and it does nothing; touched: what other strips that touch it on its first
+    segment add to the Lagrangian's slope by position and quaternion of its start (7,), in its own units, None: nothing.
     """
 
     moment: Vector | None = None
     turned: tuple[float, ...] | None = None
+    touched: tuple[float, ...] | None = None
 
     def free_motions(self) -> tuple[FloatArray, FloatArray]:
         """None: what is free of it is the whole's."""
@@ -49,6 +52,19 @@ class Part(MixedProblem):
     def is_held(self) -> bool:
         """Whether a clamp holds position and frame of its start."""
         return self.start_position is not None and self.start_quaternion is not None
+
+    def start_force(self, x: FloatArray, rows: FloatArray) -> supports.Force:
+        """What the clamp at s = 0 exerts, about that point, from the multipliers of its own rows and `touched`."""
+        own = super().start_force(x, rows)
+        if self.touched is None or self.start is None:
+            return own
+        force, turning = np.asarray(self.touched[:3]), np.asarray(self.touched[3:])
+        q = x[self.layout.joint(0).quaternion]
+        moment = np.array([0.5 * turning @ quaternion.compose(turn, q) for turn in np.eye(4)[1:]])
+        return supports.Force(
+            own.force + (force if self.start.position is not None else 0.0),
+            own.moment + (moment if self.start.holds_frame else 0.0),
+        )
 
     @property
     def turns(self) -> FloatArray | None:

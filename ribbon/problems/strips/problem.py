@@ -279,6 +279,20 @@ class StripsProblem:
             out[self.joint_rows] -= np.asarray(self.missed)
         return out
 
+    def touched(self, x: FloatArray, rows: FloatArray) -> list[tuple[float, ...]]:
+        """What places that are held apart, and friction there, add to the Lagrangian's slope by every strip's start
+        (7,), in its own units: a place on the first segment stands on the start's position and frame."""
+        slope = np.zeros(self.size)
+        for name, where in self.block_slices().items():
+            block = self.blocks()[name]
+            if isinstance(block, BetweenRows):
+                of, columns = block.jacobian_structure()
+                np.add.at(slope, columns, block.jacobian(x) * rows[where][of])
+        if self.friction is not None:
+            self.friction.add_gradient(x, slope)
+        each = zip(self.offsets[:-1], self.stiffness_over, strict=True)
+        return [tuple((slope[first : first + START] / c).tolist()) for first, c in each]
+
     @property
     def joint_rows(self) -> slice:
         """Where the rows of all joints stand."""

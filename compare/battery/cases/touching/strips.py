@@ -12,7 +12,7 @@ from compare.battery.case import Case, Check, Rung, holds, near
 from compare.battery.judge.touching import Sheet, Told, kept
 from compare.measure.balance import Wrench, abscissae
 from compare.models.strips.balance import left_over
-from ribbon import Clamp, Gravity, Strip, solve
+from ribbon import Clamp, Gravity, Strip, Wall, solve
 from ribbon.element import quaternion
 from ribbon.find.strips import solve as strips
 from ribbon.find.strips.assemble import Member
@@ -196,7 +196,43 @@ def _along(rung: Rung) -> Iterator[Check]:
     yield from _apart(found, members)
 
 
-_LINES = "lines of contact: pairs of places come and go, and the search ends not converged or failed"
+#: Height by which the clamp of each strip of a stack is above the last one's, beyond the distance (l), how far from the
+#: clamp the second one comes down (l), and how near the closed form of small slopes is, over what is told.
+_LIFT, _DOWN, _SMALL = 1e-3, 0.5, 5e-3
+
+
+def _stack(rung: Rung) -> Iterator[Check]:
+    """Equal strips on each other on a table, the first one flat, each of the others let down from its clamp. Small
+    slopes: what is lifted by d at the clamp lies from a = (72 d / q)^(1/4) on, its clamp bears 2 q a / 3, and what it
+    lies on q (1 - 2 a / 3)."""
+    count, q = int(rung), 72.0 * _LIFT / _DOWN**4
+    members = [
+        Member(Strip(length=1.0, gamma=q, **_section(0.05)),
+               Clamp((0.0, 0.0, k * (APART + _LIFT)), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), segments=10, name=f"layer_{k}")
+        for k in range(count)
+    ]  # fmt: skip
+    table = Wall((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    found = strips.solve(members, (), Gravity(UP), "kirchhoff", APART, budget=BUDGET, walls=[table])
+    yield _converged(found)
+    if not found.ok:
+        return
+    sheets = [Sheet(strip, over) for strip, over in zip(found.strips, found.problem.lengths_over, strict=True)]
+    yield from kept(sheets, APART, told(found), _between)
+    on = np.zeros((count + 1, 3))  # what each strip pushes the one above it with; first the table
+    on[0] = found.strips[0].walls[0].force
+    for touch in found.touching:
+        on[max(touch.one, touch.other)] += touch.force if touch.one > touch.other else -touch.force
+    lies = q * (1.0 - 2.0 / 3.0 * _DOWN * np.arange(count) ** 0.25)
+    for k, strip in enumerate(found.strips):
+        assert strip.start is not None
+        left = strip.start.force + on[k] - on[k + 1] - q * UP
+        yield Check(f"forces on strip {k} are not in balance, over its weight", float(np.abs(left).max()) / q, BALANCE)
+        if k:
+            above = float(lies[k:].sum())
+            yield near(f"what strip {k} lies with, over small slopes'", on[k][2] / above, 1.0, _SMALL)
+            bears = strip.start.force[2] / (q - lies[k])
+            yield near(f"what the clamp of strip {k} bears, over small slopes'", bears, 1.0, _SMALL)
+
 
 CASES: tuple[Case, ...] = (
     Case(
@@ -252,6 +288,15 @@ CASES: tuple[Case, ...] = (
         _along,
         (30.0,),
         (10.0, 3.0, 1.0, 0.0),
-        {3.0: _LINES, 1.0: _LINES, 0.0: _LINES},
+    ),
+    Case(
+        "touching/stack",
+        "ever more heavy strips lying on each other on a table, each let down from a clamp of its own",
+        "nowhere nearer than 0.05 l by more than 1e-6 l; pushes times gaps vanish; forces balance; what clamps bear "
+        "and strips lie with is the closed form of small slopes within 0.5 %",
+        "strips",
+        _stack,
+        (2.0,),
+        (3.0, 5.0),
     ),
 )
