@@ -243,8 +243,9 @@ def carried(problem: MixedProblem, old: MixedProblem, x: FloatArray) -> tuple[Pa
 
 
 def _with(problem: MixedProblem, minimum: Minimum, near: list[Pair]) -> MixedProblem:
-    """The problem with more pairs, those that push where they have gone."""
-    return problem.with_changes(pairs=around(problem, [*_pushing(problem, minimum), *near]))
+    """The problem with more pairs, those that push where they have gone; where one of these is held across the strip
+    beside a nearer one, that one instead."""
+    return problem.with_changes(pairs=around(problem, [*near, *_pushing(problem, minimum)]))
 
 
 def around(problem: MixedProblem, pairs: Iterable[Pair]) -> tuple[Pair, ...]:

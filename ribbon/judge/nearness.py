@@ -27,8 +27,9 @@ TOLERANCE = 1e-6
 _SAMPLES, _TURN = 4, 0.1
 #: Turn (rad) of the normals below which two parts do not face each other.
 _FACING = 2.4
-#: Angle (rad) of rulings below which no place on them is nearest, and both their ends are looked at.
-_PARALLEL = 2e-2
+#: Sine of the angle of rulings below which no place on them is nearest, and below which both ends of what lies side by
+#: side are looked at: what lies on it would turn about one place.
+PARALLEL, ALONG = 2e-2, 0.5
 #: How far (l) what is in a plane may be off it.
 _FLAT = 1e-12
 #: Of so many samples one is a place beside which parts that lie along each other are looked at.
@@ -81,7 +82,7 @@ def _begins(
     found: list[Pair] = []
     nearest: list[bool] = []
     for k in np.nonzero(lowest | beside)[0]:
-        found += _pairs(problem, s, ruling, int(i[k]), int(j[k]), float(u[k]), float(other[k]))
+        found += _pairs(problem, s, r, ruling, int(i[k]), int(j[k]), float(u[k]), float(other[k]))
         nearest += [bool(lowest[k])] * (len(found) - len(nearest))
     return found, nearest
 
@@ -290,14 +291,40 @@ def is_least(
 
 
 def _pairs(
-    problem: MixedProblem, s: FloatArray, ruling: FloatArray, i: int, j: int, u: float, other: float
+    problem: MixedProblem, s: FloatArray, r: FloatArray, ruling: FloatArray, i: int, j: int, u: float, other: float
 ) -> list[Pair]:
-    """The pair that begins between two rulings; where they are parallel those between both their ends."""
-    one, two = (ruling[k] / np.linalg.norm(ruling[k]) for k in (i, j))
-    if np.linalg.norm(np.cross(one, two)) > _PARALLEL:
-        return [Pair(float(s[i]), u, float(s[j]), other)]
-    if problem.round:
+    """The pair that begins between two rulings, but for parallel ones, and where they are nearly so (or parts would
+    turn about one place) those between both ends of what lies side by side."""
+    sizes = (float(np.linalg.norm(ruling[i])), float(np.linalg.norm(ruling[j])))
+    one, two = ruling[i] / sizes[0], ruling[j] / sizes[1]
+    sine = float(np.linalg.norm(np.cross(one, two)))
+    if problem.round and sine <= PARALLEL:
         return [Pair(float(s[i]), 0.0, float(s[j]), 0.0, True)]
-    edge = problem.half_width
-    sign = 1.0 if one @ two > 0.0 else -1.0
-    return [Pair(float(s[i]), side * edge, float(s[j]), sign * side * edge, True) for side in (1.0, -1.0)]
+    found = [Pair(float(s[i]), u, float(s[j]), other)] if sine > PARALLEL else []
+    if sine < ALONG and not problem.round:
+        half = problem.half_width
+        middles = float(r[i] @ one), float(r[j] @ one)
+        places = beside(middles, (half * sizes[0], half * sizes[1]), float(one @ two))
+        found += [Pair(float(s[i]), a * half, float(s[j]), b * half, True) for a, b in places]
+    return found
+
+
+def beside(
+    middles: tuple[float, float], widths: tuple[float, float], along: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Places (-1 to 1) on two nearly parallel rulings at both ends of what lies side by side.
+
+    middles: where both rulings' middles lie along the first one; widths: halves of their lengths; along: cosine of the
+    two.
+    """
+    low = max(m - w for m, w in zip(middles, widths, strict=True))
+    high = min(m + w for m, w in zip(middles, widths, strict=True))
+    if low > high:
+        low = high = 0.5 * (low + high)
+    sign = 1.0 if along > 0.0 else -1.0
+
+    def at(place: float) -> tuple[float, float]:
+        u, v = ((place - middle) / width for middle, width in zip(middles, widths, strict=True))
+        return min(max(u, -1.0), 1.0), min(max(sign * v, -1.0), 1.0)
+
+    return at(low), at(high)

@@ -75,7 +75,7 @@ def refused(scene: Scene) -> BadInput | None:
     if scene.apart is not None:
         return BadInput(
             key, value, "and contact.itself are not known together: parts that touch have no friction between them",
-            "leave one of the two out",
+            "leave one of the two out; of a scene of [[strip]], of one too, parts rub on each other",
         )  # fmt: skip
     if scene.closure is not None:
         return BadInput(key, value, "is of a strip with ends, and this one is closed", "leave friction or closure out")

@@ -125,7 +125,8 @@ def _status(problem: Problem, minimum: Minimum, at: _Measured, wanted: bool) -> 
     if minimum.residual > RESIDUAL_TOLERANCE:
         if spent():
             return Status.NOT_CONVERGED
-        if minimum.code in _IPOPT_INFEASIBLE or violation(problem, minimum.x) > _INFEASIBLE:
+        touches = isinstance(problem, MixedProblem) and bool(problem.pairs)  # its rows hold where it is, not the scene
+        if not touches and (minimum.code in _IPOPT_INFEASIBLE or violation(problem, minimum.x) > _INFEASIBLE):
             return Status.INFEASIBLE
         return Status.NOT_CONVERGED
     if at.check is None and wanted:

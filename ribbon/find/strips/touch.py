@@ -59,9 +59,6 @@ _PUSHES, _CLEARLY = 1e-9, 1e-7
 _PASSED, _INSIDE, _NEAR = 4, 0.02, 0.35
 #: Part of a strip's length from its end at which a place is at the end.
 _ENDED = 1e-12
-#: Sine of the angle of rulings below which no place on them is nearest, and below which both ends of what lies side by
-#: side are looked at too: strips that lie on each other would turn about one place.
-_PARALLEL, _ALONG = 2e-2, 0.5
 
 
 def minima(problem: StripsProblem, x: FloatArray, below: float) -> list[tuple[float, Touching]]:
@@ -120,33 +117,13 @@ def _beginnings(problem: StripsProblem, sampled: list[_Sampled], one: int, other
         s, s_other = float(a.s[i[k]]), float(b.s[j[k]])
         first, second = (ruling / np.linalg.norm(ruling) for ruling in (a.ruling[i[k]], b.ruling[j[k]]))
         sine = float(np.linalg.norm(np.cross(first, second)))
-        if sine > _PARALLEL:
+        if sine > nearness.PARALLEL:
             found.append(Pair(s, float(u[k]) * half[0], s_other, float(v[k]) * half[1]))
-        if sine < _ALONG:
+        if sine < nearness.ALONG:
             middles = float(a.r[i[k]] @ first), float(b.r[j[k]] @ first)
-            widths = tuple(problem.lengths_over[n] * w for n, w in zip((one, other), half, strict=True))
-            found += _edges(s, s_other, half, widths, middles, float(first @ second))
-    return found
-
-
-def _edges(
-    s: float, s_other: float, half: tuple[float, float], widths: tuple[float, ...], middles: tuple[float, float],
-    along: float,
-) -> list[Pair]:  # fmt: skip
-    """Pairs between rulings that are nearly parallel, at both ends of what lies side by side. half: of both widths in
-    their own l, widths: in l_0; middles: where both lie along the first one, l_0; along: its cosine with the other."""
-    low, high = (
-        max(m - w for m, w in zip(middles, widths, strict=True)),
-        min(m + w for m, w in zip(middles, widths, strict=True)),
-    )
-    if low > high:
-        low = high = 0.5 * (low + high)
-    sign = 1.0 if along > 0.0 else -1.0
-    found = []
-    for place in (low, high):
-        u = np.clip((place - middles[0]) / widths[0], -1.0, 1.0) * half[0]
-        v = np.clip(sign * (place - middles[1]) / widths[1], -1.0, 1.0) * half[1]
-        found.append(Pair(s, float(u), s_other, float(v), True))
+            widths = float(np.linalg.norm(a.ruling[i[k]])), float(np.linalg.norm(b.ruling[j[k]]))
+            places = nearness.beside(middles, widths, float(first @ second))
+            found += [Pair(s, p * half[0], s_other, q * half[1], True) for p, q in places]
     return found
 
 

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from compare.battery.judge.touching import Sheet, balanced, kept, of_itself
 from ribbon import Clamp, Strip
 from ribbon.errors import RibbonInputError
-from ribbon.find.continuation import switch
+from ribbon.find.continuation import follow, switch
 from ribbon.find.solve import build, refine, solve
+from ribbon.find.solving.request import How
+from ribbon.find.solving.verdict import judged
 from ribbon.judge import nearness
+from ribbon.problems.mixed import MixedProblem
+from ribbon.result import Status
+from ribbon.solvers.problem import Minimum
 from tests.reference.touching_fold import folds
 
 THICK = 0.02
@@ -105,3 +113,37 @@ def test_a_start_through_itself_is_refused_with_the_place(curvature):
 
 def test_a_start_that_winds_more_than_a_turn_clear_of_itself_is_none():
     assert solve(STRIP, START, energy="sadowsky", segments=20, seed_curvature=[4.0, 14.0], apart=THICK).ok
+
+
+def test_sides_moved_across_each_other_stay_apart(states):
+    """Rulings then are nearly parallel, and an edge is nearest to a place within the other's width."""
+    thick, across = 0.05, 1e-3
+
+    def at(z: float, x: float) -> MixedProblem:
+        there = Clamp((x, 0.0, z), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
+        return build(STRIP, START, end=there, energy="sadowsky", segments=28, apart=thick)
+
+    state = solve(STRIP, START, end=end(0.6), energy="sadowsky", segments=28, seed_curvature=(3.0, -3.0, 3.0),
+                  apart=thick)  # fmt: skip
+    for z in (0.5, 0.3, 0.22):
+        state = switch(at(z, 0.0), state)
+    state = follow(lambda share: at(0.22 - 0.03 * share, 0.0), state)
+    state = follow(lambda share: at(0.19, across * share), state)
+    assert state.ok
+    sheet, told = Sheet(state), of_itself(state)
+    checks = {check.what: check for check in [*kept([sheet], thick, told), balanced(state, sheet, told)]}
+    assert told
+    assert all(check.value <= check.bound for check in checks.values())
+    assert abs(checks["nearer than they are kept (l)"].value) < nearness.TOLERANCE
+
+
+def test_rows_of_what_touches_do_not_make_a_scene_infeasible(states):
+    """They hold the strip where it is now; that they cannot be met together there says nothing of the scene."""
+    state = states[0.14]
+    x = state.x.copy()
+    x[state.problem.layout.omega] += 1e-2
+    stopped = Minimum(x, state.multipliers, state.rows, 1.0, 3, 2, "no progress", False, 0.0, "newton", None)
+    assert judged(state.problem, stopped, How()).status is Status.NOT_CONVERGED
+    bare = state.problem.with_changes(pairs=(), apart=0.0)
+    alone = replace(stopped, rows=state.rows[: bare.row_count])
+    assert judged(bare, alone, How()).status is Status.INFEASIBLE
