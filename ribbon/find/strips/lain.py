@@ -40,8 +40,9 @@ Key = Station | int
 _STEPS, _HALVINGS, _BETWEEN = 300, 14, 25
 #: Gap (l_0) up to which a station has its row.
 _REACH = 0.04
-#: What is left of the equations over their unit, and of gaps (l_0), where it is found; of c.
-_LEFT, _CLOSED, _MET = 1e-10, 1e-12, 1e-13
+#: What is left of the equations over their unit, and of gaps (l_0, rounded by 1e-14 over what is kept), where it is
+#: found; of c.
+_LEFT, _CLOSED, _MET = 1e-10, 1e-10, 1e-13
 #: Steps that put c right, and how often they may not make it less.
 _RIGHT = 12
 #: rho (D w / l^3); the first shift of H in the metric of all strips, and its growth.
