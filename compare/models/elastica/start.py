@@ -204,20 +204,13 @@ def out_of_plane(scene: Scene, shape: Shape, s: FloatArray) -> float:
 
 
 def _beginning(scene: Scene, first: ElasticaProblem) -> ElasticaProblem:
-    """The unloaded strip that is naturally bent like the seed (its linear part, where the seed has more values).
-
-    Between two held points it bends to the side on which the seed's shape lies, also where its linear part is of the
-    other: near clamps a seed turns back.
-    """
+    """The unloaded strip that is naturally bent like the seed (its linear part, where the seed has more values)."""
     values = np.array(scene.seed_curvature)
     s = np.linspace(0.0, 1.0, len(values))
     slope, start = np.polyfit(s, values, 1)
     bent = float(start), float(start + slope)
-    mean = 0.5 * (bent[0] + bent[1])
     if len(values) == 2:
         bent = float(values[0]), float(values[1])
-    elif first.end is not None and mean * seed_side(values) < 0.0 and abs(mean) < BOW:
-        bent = -0.5 * float(slope), 0.5 * float(slope)
     if first.end is not None and float(np.abs(bent).max()) < STRAIGHT:
         turn = first.end_angle or 0.0
         bent = (turn, turn) if abs(turn) > LEVEL else (seed_side(values) * BOW,) * 2
