@@ -16,7 +16,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy  # its parts are loaded where they are first used
 from numpy.typing import NDArray
 
 from ribbon import law
@@ -38,8 +37,8 @@ _REACH = 0.04
 _FOUND, _NEAR = 1e-10, 1e-2
 #: Gap (l), and what is missing at a clamped end (l, rad), that is left where it is found; steps back to that clamp.
 _CLOSED, _BACK = 1e-12, 30
-#: rho (D w / l^3); the part of K^2 with which the mass begins, and its growth.
-_HOLDING, _SHIFT, _GROWTH = 1e6, 0.02, 5.0
+#: The part of K^2 with which the mass begins.
+_SHIFT = 0.02
 
 
 @dataclass(frozen=True)
@@ -151,7 +150,10 @@ class Search:
         held = np.flatnonzero(own > 0.0)
         hessian = bent.hessian(gaps, own, self.ends.pull(tied.nu))
         try:
-            factor, added = self._positive(hessian, slopes[held], tied.along)
+            factor, added = quadratic.positive(
+                tied.along.T @ hessian @ tied.along, slopes[held] @ tied.along,
+                tied.along.T @ self._mass @ tied.along, self._stiff,
+            )  # fmt: skip
         except np.linalg.LinAlgError:
             return None
         gradient = bent.gradient
@@ -228,24 +230,6 @@ class Search:
                 break
             size *= max(0.4 * _REACH / far, 0.1)
         return size, far
-
-    def _positive(
-        self, hessian: FloatArray, held: FloatArray, along: FloatArray
-    ) -> tuple[tuple[FloatArray, bool], float]:
-        """A Cholesky factor of H along the columns of `along`, of H with what pushes held, or with so much of the mass
-        as it needs; and rho."""
-        added, by = 0.0, 0.0
-        while True:
-            try:
-                return scipy.linalg.cho_factor(along.T @ (hessian + by * self._mass) @ along), added
-            except np.linalg.LinAlgError:
-                if not added and len(held):
-                    added = _HOLDING
-                    hessian = hessian + added * held.T @ held
-                else:
-                    by = max(_GROWTH * by, self._stiff)
-            if not by < 1e12:
-                raise np.linalg.LinAlgError("not to be made positive")
 
 
 def _closed(gap: FloatArray, pushes: FloatArray) -> bool:

@@ -18,6 +18,8 @@ FloatArray = NDArray[np.float64]
 
 #: Exchanges, and what is added to the diagonal of G H^-1 G^T, over its mean: rows may repeat each other.
 _EXCHANGES, _ADDED = 25, 1e-13
+#: rho (D w / l^3) by which what pushes is held, and growth of what is added of the mass.
+_HOLDING, _GROWTH = 1e6, 5.0
 
 
 def least(
@@ -33,6 +35,25 @@ def least(
     matrix[np.diag_indices_from(matrix)] += _ADDED * float(np.trace(matrix)) / gap.size
     push = _complementary(matrix, gap + rows @ alone, pushes)
     return alone + by_rows @ push, push
+
+
+def positive(
+    hessian: FloatArray, held: FloatArray, mass: FloatArray, shift: float
+) -> tuple[tuple[FloatArray, bool], float]:
+    """A Cholesky factor of H (m, m), of H with what pushes (held (k, m)) held, or with so much of the mass (m, m) as it
+    needs, `shift` of it first; and rho, 0.0 where nothing is held. `LinAlgError` where no mass makes it positive."""
+    added, by = 0.0, 0.0
+    while True:
+        try:
+            return scipy.linalg.cho_factor(hessian + by * mass), added
+        except np.linalg.LinAlgError:
+            if not added and len(held):
+                added = _HOLDING
+                hessian = hessian + added * held.T @ held
+            else:
+                by = max(_GROWTH * by, shift)
+        if not by < 1e12:
+            raise np.linalg.LinAlgError("not to be made positive")
 
 
 def _complementary(matrix: FloatArray, left: FloatArray, pushes: NDArray[np.bool_]) -> FloatArray:

@@ -45,8 +45,8 @@ _REACH = 0.04
 _LEFT, _CLOSED, _MET = 1e-10, 1e-10, 1e-13
 #: Steps that put c right, and how often they may not make it less.
 _RIGHT = 12
-#: rho (D w / l^3); the first shift of H in the metric of all strips, and its growth.
-_HOLDING, _SHIFT, _GROWTH = 1e6, 0.1, 5.0
+#: The first shift of H in the metric of all strips.
+_SHIFT = 0.1
 #: The most (over what is left of the equations) of the metric that is added to H at every step.
 _DAMPED = 0.1
 #: Gap (l_0) up to which a row may push, and part of the largest push from which it is told.
@@ -214,7 +214,10 @@ class _Search:
         left = float(np.abs(slope @ moves.z - reduced.T @ own).max(initial=0.0))
         mass = moves.z.T @ (self._metric[self.free][:, self.free] @ moves.z)
         hessian = 0.5 * (hessian + hessian.T) + min(_DAMPED, left) * mass  # rulings of what is straight move nothing
-        factor, added = self._positive(hessian, reduced[held], mass)
+        try:
+            factor, added = quadratic.positive(hessian, reduced[held], mass, _SHIFT)
+        except np.linalg.LinAlgError:
+            return None
         gradient = slope @ moves.z
         if added:
             gradient = gradient + added * reduced[held].T @ now.value[held]
@@ -239,23 +242,6 @@ class _Search:
                     return after, _given(after, dict(zip(now.keys, mixed.tolist(), strict=True)))
             size *= 0.5
         return None
-
-    def _positive(
-        self, hessian: FloatArray, held: FloatArray, mass: FloatArray
-    ) -> tuple[tuple[FloatArray, bool], float]:
-        """A Cholesky factor of H, of H with what pushes held, or with so much of the metric as it needs; and rho."""
-        added, by = 0.0, 0.0
-        while True:
-            try:
-                return scipy.linalg.cho_factor(hessian + by * mass), added
-            except np.linalg.LinAlgError:
-                if not added and len(held):
-                    added = _HOLDING
-                    hessian = hessian + added * held.T @ held
-                else:
-                    by = max(_GROWTH * by, _SHIFT)
-            if not by < 1e12:
-                raise np.linalg.LinAlgError("not to be made positive")
 
 
 def _closed(value: FloatArray, pushes: FloatArray) -> bool:
