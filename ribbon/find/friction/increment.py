@@ -3,12 +3,15 @@
 With the largest friction b = mu N of every place known, an increment is a minimum (`ribbon.problems.friction.term`).
 Its pushes N give other bounds, its friction T better guesses, its contacts other places: the next minimum. That is
 Tresca's friction iterated (P. D. Panagiotopoulos 1975, doi:10.1007/BF02152596); it settles for coefficients that are
-not large. At its end bounds are mu N, guesses T, and places where the strip touches, all to `SETTLED` or `LEFT`:
-Coulomb's law holds at the end of the increment, not in the middle of it (backward Euler's rule).
+not large. Beside such a minimum Newton's method finds bounds, pushes and shape at once
+(`ribbon.find.friction.coupled`), and where it arrives that is the next one: what lies along a line settles by it alone.
+At its end bounds are mu N, guesses T, and places where the strip touches, all to `SETTLED` or `LEFT`: Coulomb's law
+holds at the end of the increment, not in the middle of it (backward Euler's rule).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +20,7 @@ from numpy.typing import NDArray
 from ribbon import surface
 from ribbon.contact import Wall
 from ribbon.find import contacts, relax
+from ribbon.find.friction import coupled, pushes
 from ribbon.find.friction.history import History
 from ribbon.find.solving.request import How
 from ribbon.find.solving.verdict import judged
@@ -25,12 +29,16 @@ from ribbon.notes import Note
 from ribbon.problems import transfer
 from ribbon.problems.friction.particles import Rub
 from ribbon.problems.mixed import MixedProblem
+from ribbon.problems.touching import Touch
 from ribbon.result import Equilibrium, Status
 from ribbon.solvers import choose
 from ribbon.solvers.budget import spent
 from ribbon.solvers.problem import RESIDUAL_TOLERANCE, Minimum
 
 FloatArray = NDArray[np.float64]
+
+Start = tuple[MixedProblem, Minimum]
+Begun = Callable[[MixedProblem, Equilibrium, How], Start | None]
 
 #: Rounds of an increment at the most; change of bounds and friction (over the largest push, at least 1) that ends them,
 #: and one that does where it has not fallen to a half for so many rounds: gaps of a barrier, times the stiffness.
@@ -47,8 +55,11 @@ _STEADY = 0.1
 _MOSTLY = 0.5
 #: Steps of a minimiser in the first round, and in one after it.
 _STEPS, _STEPS_NEXT = 150, 30
-#: Lengths along the strip (l) at which a wait of one is a difference of its push; up to which two places are one.
-_PLACED, _ONE = 1e-6, 1e-8
+#: Lengths along the strip (l) at which a wait of one is a difference of its push.
+_PLACED = 1e-6
+#: How far (l) along its edge a particle may be from the row of a line of contact that pushes it, to be the one that
+#: rubs there still.
+_SAME = 1e-4
 
 
 def increment(problem: MixedProblem, state: Equilibrium, history: History, how: How) -> Equilibrium:
@@ -57,11 +68,27 @@ def increment(problem: MixedProblem, state: Equilibrium, history: History, how: 
     Begun from the shape of `state`. Not converged where no minimum is found, or bounds and friction do not settle."""
     how = replace(how, options={"max_iter": _STEPS, **(how.options or {})})
     with choose.using("newton" if choose.asked() == "auto" else None):  # what it does not find a shorter step may
-        return _settled(problem.with_changes(rubs=again(problem, state, history)), state, history, how)
+        rubs = again(problem, state, history)
+        own = problem.with_changes(touching=(*problem.touching, *_sliding(problem, state)), rubs=rubs)
+        found = _settled(own, state, history, how, _beside)
+        if found is not None and (found.status is Status.CONVERGED or spent()):
+            return found
+        found = _settled(problem.with_changes(rubs=rubs), state, history, how, _begun)
+        assert found is not None
+        return found
 
 
-def _settled(problem: MixedProblem, state: Equilibrium, history: History, how: How) -> Equilibrium:
-    minimum = _begun(problem, state, how)
+def _sliding(problem: MixedProblem, state: Equilibrium) -> tuple[Touch, ...]:
+    """The places of `state` that slide, of walls that the problem still has."""
+    return tuple(touch for touch in state.problem.touching if touch.slides and touch.wall < len(problem.walls))
+
+
+def _settled(problem: MixedProblem, state: Equilibrium, history: History, how: How, begun: Begun) -> Equilibrium | None:
+    """The end of the increment, or where it does not settle; None where `begun` finds no state to go on from."""
+    start = begun(problem, state, how)
+    if start is None:
+        return None
+    problem, minimum = start
     change, count = np.inf, minimum.iterations
     least, idle, fixed = np.inf, 0, False
     last: FloatArray | None = None
@@ -72,6 +99,7 @@ def _settled(problem: MixedProblem, state: Equilibrium, history: History, how: H
         if not fixed or _deep(problem, minimum):
             problem, minimum = contacts.held(problem, minimum, how.options, how.progress)
             fixed = _stays(problem, minimum)
+        minimum = pushes.least(problem, minimum)
         rubs = rubbing(problem, minimum.x, minimum.rows, history)
         change = difference(problem, minimum, rubs)
         least, idle = (change, 0) if change < 0.5 * least else (least, idle + 1)
@@ -80,7 +108,8 @@ def _settled(problem: MixedProblem, state: Equilibrium, history: History, how: H
         last, now = now, crept(problem.rubs, rubs)
         if now is not None and steady(last, now, LEFT * _largest(problem, rubs)):
             rubs, least, idle = further(rubs, now), np.inf, 0
-        problem, minimum = _next(problem, rubs, minimum, how)
+        at_once = coupled.settled(problem, minimum, rubs, pushes.bounding(problem, minimum.x, rubs))
+        problem, minimum = at_once or _next(problem, rubs, minimum, how)
         count += minimum.iterations
     found = judged(problem, replace(minimum, iterations=count), how)
     if found.status not in (Status.CONVERGED, Status.SADDLE) or change <= LEFT:
@@ -145,16 +174,44 @@ def _stays(problem: MixedProblem, minimum: Minimum) -> bool:
     return not all(contacts.place_slides(problem, place) for place in places)
 
 
-def _begun(problem: MixedProblem, state: Equilibrium, how: How) -> Minimum:
+def _same(problem: MixedProblem, state: Equilibrium) -> bool:
+    """Whether the state's multipliers are those of the problem's rows."""
+    old = state.problem
+    return list(old.block_slices()) == list(problem.block_slices()) and state.rows.size == problem.row_count
+
+
+def _carried(problem: MixedProblem, state: Equilibrium) -> FloatArray:
+    """The state's shape, carried along its walls by the clamp where nothing else holds it."""
     old = state.problem
     assert isinstance(old, MixedProblem)
     x = transfer.transferred(old, state.x, problem)
-    same = list(old.block_slices()) == list(problem.block_slices()) and state.rows.size == problem.row_count
-    if same:
+    walls = [np.asarray(wall.normal) for wall in problem.walls if isinstance(wall, Wall)]
+    free = problem.end is None and len(walls) == len(problem.walls)
+    if free and problem.start_position is not None and old.start_position is not None:
+        shift = problem.start_position - old.start_position
+        for normal in walls:
+            shift = shift - (shift @ normal) * normal
+        problem.layout.positions(x)[:] += shift
+    return np.clip(x, *problem.bounds())
+
+
+def _beside(problem: MixedProblem, state: Equilibrium, how: How) -> Start | None:
+    """By Newton's method with pushes and friction at once, from the state: most increments are as small as that."""
+    if not problem.rubs or not _same(problem, state):
+        return None
+    x = _carried(problem, state)
+    guess = Minimum(x, state.multipliers, state.rows, np.inf, 0, 0, "", True, 0.0, state.solver)
+    return coupled.settled(problem, guess, problem.rubs, pushes.bounding(problem, x, problem.rubs))
+
+
+def _begun(problem: MixedProblem, state: Equilibrium, how: How) -> Start:
+    """The minimum with the friction that is known."""
+    x = _carried(problem, state)
+    if _same(problem, state):
         warm = choose.minimise(problem, x, how.options, how.progress, (state.rows, state.multipliers))
         if warm.residual <= RESIDUAL_TOLERANCE:
-            return warm
-    return relax.from_near(problem, x, how.options, how.progress)
+            return problem, warm
+    return problem, relax.from_near(problem, x, how.options, how.progress)
 
 
 def _next(problem: MixedProblem, rubs: tuple[Rub, ...], minimum: Minimum, how: How) -> tuple[MixedProblem, Minimum]:
@@ -194,6 +251,7 @@ def rubbing(problem: MixedProblem, x: FloatArray, rows: FloatArray, history: His
     known of their friction: that of the nearest place on the same line of the strip."""
     forces = np.empty((0, 3)) if problem.friction is None else problem.friction.forces(x)
     found: list[Rub] = []
+    sliding = {(t.wall, contacts.line(t.side), problem.segment_at(t.s)) for t in problem.touching if t.slides}
     for k, wall in enumerate(problem.walls):
         if not wall.friction:
             continue
@@ -208,8 +266,10 @@ def rubbing(problem: MixedProblem, x: FloatArray, rows: FloatArray, history: His
             if near:
                 old, force = min(near, key=lambda pair: abs(pair[0].s - s))
                 stiffness = min(STIFF, STIFFER * old.stiffness)
-            rub = _rub(problem, x, k, s, v, wall.friction * push, force)
-            found.append(rub._replace(stiffness=stiffness))
+            rub = _rub(problem, x, k, s, v, wall.friction * push, force)._replace(stiffness=stiffness)
+            if near and (k, side, problem.segment_at(s)) not in sliding and abs(old.particle - rub.particle) <= _SAME:
+                rub = rub._replace(particle=old.particle)  # rulings of what is flat turn for nothing
+            found.append(rub)
     return tuple(_with_places(problem, history, tuple(found)))
 
 
@@ -221,7 +281,7 @@ def together(points: list[tuple[float, float, float]], across: list[float]) -> l
     for (s, side, push), v in zip(points, across, strict=True):
         same = [
             k for k, other in enumerate(found)
-            if other[1] == side and abs(other[0] - s) <= _ONE and abs(other[3] - v) <= _ONE
+            if other[1] == side and abs(other[0] - s) <= pushes.ONE and abs(other[3] - v) <= pushes.ONE
         ]  # fmt: skip
         if same:
             one = found[same[0]]

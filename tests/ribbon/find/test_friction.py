@@ -11,12 +11,13 @@ import pytest
 
 from ribbon import Clamp, Equilibrium, Gravity, RibbonInputError, Strip, Wall, refine, solve
 from ribbon.find import continuation
-from ribbon.find.friction import increment, path
+from ribbon.find.friction import increment, path, pushes
 from ribbon.find.solve import Problem, build, solve_from
 from ribbon.obstacle import Obstacle
 from ribbon.problems.friction import term
 from ribbon.problems.friction.particles import Rub
 from ribbon.problems.mixed import MixedProblem
+from ribbon.solvers.problem import Minimum
 from tests.validation.ribbon import friction as measured
 
 
@@ -265,3 +266,48 @@ def test_a_bar_that_rubs_does_not_go_through_the_strip() -> None:
     assert not end.log[0]["accepted"]
     assert end.energy.total > start.energy.total + 0.1
     assert end.walls[0].force[1] > 2.0
+
+
+@pytest.mark.parametrize("energy", ["kirchhoff", "wunderlich"])
+def test_a_heavy_strip_is_dragged_forth_and_back(energy: str) -> None:
+    """What slides on as it is does so unchanged, with mu times its pushes against it, as much at either edge, and these
+    as shooting has them; what is drawn back has the friction the other way. Flat segments have more rows than unknowns
+    that these hold."""
+    for states, way in zip(measured.dragged(energy, 10), (1.0, -1.0), strict=True):
+        for state in states[-2:]:
+            (wall,) = state.walls
+            assert wall.friction is not None
+            assert wall.friction[2] == pytest.approx(-way * measured.DRAG * wall.force[1], rel=1e-6)
+            assert wall.force[1] + state.start.force[1] == pytest.approx(measured.HEAVY, rel=1e-6)
+            assert wall.friction[2] + state.start.force[2] == pytest.approx(0.0, abs=1e-6 * measured.HEAVY)
+            sides = [sum(rub.push for rub in wall.rubs if rub.v * v > 0.0) for v in (1.0, -1.0)]
+            assert sides[0] == pytest.approx(sides[1], rel=1e-5)
+        one, other = states[-2:]
+        assert one.energy.total == pytest.approx(other.energy.total, rel=1e-7)
+        assert one.walls[0].force[1] == pytest.approx(other.walls[0].force[1], rel=1e-6)
+        if energy == "wunderlich":  # Kirchhoff's strip is softer by nu^2
+            assert other.walls[0].force[1] == pytest.approx(measured.shot_drag(way)[0], rel=5e-3)
+
+
+def test_pushes_are_the_least_that_hold_the_same() -> None:
+    """Whatever a minimiser ends with: pushes differ by what the equations' rows take over, the residual stays, and the
+    least ones are the same; no push that is determined is changed."""
+    state = measured.dragged("kirchhoff", 10)[0][0]
+    problem = state.problem
+    assert isinstance(problem, MixedProblem)
+    minimum = Minimum(state.x, np.zeros(problem.size), state.rows, state.residual, 0, 0, "", True, 0.0, state.solver)
+    least = pushes.least(problem, minimum)
+    free = pushes.undetermined(problem, state.x, *pushes._rows(problem, minimum))
+    assert free is not None
+    jacobian = problem.jacobian_matrix(state.x)
+    before = jacobian.T @ least.rows
+    kept = free.null @ free.null.T
+    for direction in free.null.T:
+        up = direction > 1e-9
+        most = 0.5 * np.min(-least.rows[free.walls][up] / direction[up], initial=1.0)  # rows stay below zero
+        moved = free.along(least.rows, most * direction)
+        assert np.abs(jacobian.T @ moved - before).max() < 1e-8 * np.abs(before).max()
+        again = pushes.least(problem, replace(minimum, rows=moved))
+        np.testing.assert_allclose(again.rows, least.rows, atol=1e-7)
+        determined = moved[free.walls] - kept @ moved[free.walls]
+        np.testing.assert_allclose(determined, least.rows[free.walls] - kept @ least.rows[free.walls], atol=1e-9)

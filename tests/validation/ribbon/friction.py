@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,9 @@ TOP, LOW, MIDDLE = 0.189, 0.171, 0.18
 MUS = (0.3, 0.15, 0.075, 0.0375)
 STEPS = (6, 12, 24)
 FOLD = 40
+#: A strip that is dragged: height (l) of its clamp over the table, Gamma, mu, places (l) of the clamp.
+HANGS, HEAVY, DRAG, WAY = 0.08, 100.0, 0.3, (0.02, -0.02)
+DRAGGED = ("sadowsky", "wunderlich")
 
 
 def _run(
@@ -186,6 +190,58 @@ def slipped(mu: float, segments: int = 10) -> tuple[float, float]:
     return math.degrees(most * max(good)), math.degrees(most * end.log[-1]["t"])
 
 
+# -- dragged ----------------------------------------------------------------------------------------------------------
+
+
+@cache
+def dragged(
+    energy: str, segments: int, way: tuple[float, ...] = WAY, steps: int = 4
+) -> tuple[tuple[Equilibrium, ...], ...]:
+    """States of a heavy strip that hangs from a clamp HANGS above a table and is dragged along by it, to each of the
+    places `way` (l) of the clamp, in so many increments: the one where it begins, then those on the way."""
+
+    def at(z: float) -> Problem:
+        return build(
+            strip=Strip(1.0, 0.05, thickness=1e-3, gamma=HEAVY), energy=energy, gravity=Gravity(UP), segments=segments,
+            clamp=Clamp((0.0, HANGS, z), (0.0, 0.0, 1.0), UP), formulation="mixed",
+            walls=[Wall((0.0, 0.0, 0.0), UP, friction=DRAG)],
+        )  # fmt: skip
+
+    last = solve_from(at(0.0), at(0.0).state(*(np.zeros(segments + 1),) * 2))
+    found = []
+    for here, there in pairwise((0.0, *way)):
+        states, last = _run(lambda t, here=here, there=there: at(here + t * (there - here)), last, steps)
+        if not last.ok:
+            raise AssertionError(last.message)
+        found.append(tuple(states))
+    return tuple(found)
+
+
+def drag(energy: str, segments: int) -> tuple[float, float]:
+    """Pushes of the table where the strip slides forth and back."""
+    forth, back = (states[-1].walls[0].force[1] for states in dragged(energy, segments))
+    return float(forth), float(back)
+
+
+def shot_drag(way: float) -> tuple[float, float]:
+    """Push of the table and where the strip meets it (l), of the elastica that is dragged along itself (way 1) or back
+    (-1): the hanging part shot from there to the clamp, with the friction mu N of all that lies as its tension."""
+
+    def rest(unknown: np.ndarray) -> Sequence[float]:
+        where, point = unknown
+        tension = -way * DRAG * (HEAVY * (1.0 - where) + point)
+
+        def slopes(s: float, y: np.ndarray) -> list[float]:
+            shear = point - HEAVY * (where - s)
+            return [y[1], math.sin(y[0]) * tension - math.cos(y[0]) * shear, math.sin(y[0])]
+
+        path = solve_ivp(slopes, (where, 0.0), [0.0, 0.0, 0.0], rtol=1e-11, atol=1e-13)
+        return [path.y[0, -1], path.y[2, -1] - HANGS]
+
+    where, point = _solved(rest, [0.45, 10.0])
+    return HEAVY * (1.0 - where) + point, where
+
+
 # -- the fold ---------------------------------------------------------------------------------------------------------
 
 
@@ -282,6 +338,19 @@ def run(out: Path) -> dict[str, Number]:
     ratio, far, went = held(20, 10)
     if off > 1e-6 or max(by_steps) > 1e-6 or far > 1e-5:
         raise AssertionError(f"{off}, {by_steps}, {far}")
+    shots = [shot_drag(1.0), shot_drag(-1.0)]
+    drags = {(energy, n): drag(energy, n) for energy in DRAGGED for n in SEGMENTS}
+    drag_rows = [
+        [energy, str(n), *(f"{push:.4f}" for push in pushes),
+         *(f"{abs(push - shot[0]) / shot[0]:.1e}" for push, shot in zip(pushes, shots, strict=True))]
+        for (energy, n), pushes in drags.items()
+    ]  # fmt: skip
+    drag_off = max(
+        abs(push - shot[0]) / shot[0]
+        for energy in DRAGGED for push, shot in zip(drags[energy, SEGMENTS[-1]], shots, strict=True)
+    )  # fmt: skip
+    if drag_off > 1e-3:
+        raise AssertionError(f"dragged: {drag_off}")
     slopes = {mu: slipped(mu) for mu in SLOPES}
     angles = [
         [f"{mu:g}", f"{math.degrees(math.atan(mu)):.4f}", f"{low:.4f}", f"{high:.4f}"]
@@ -317,6 +386,10 @@ def run(out: Path) -> dict[str, Number]:
         "slid_shot": Number(push, 1e-8, "D w / l^2", ".6f"),
         "slid_off": Number(off, 10.0 * off, "", ".0e"),
         "stuck_off": Number(far, 10.0 * far, "", ".0e"),
+        "drag_forth": Number(drags["sadowsky", SEGMENTS[0]][0], 1e-3, "D w / l^2", ".2f"),
+        "drag_shot": Number(shots[0][0], 1e-6, "D w / l^2", ".2f"),
+        "drag_shot_back": Number(shots[1][0], 1e-6, "D w / l^2", ".2f"),
+        "drag_off": Number(drag_off, 10.0 * drag_off, "", ".0e"),
         "slope_03": Number(0.5 * sum(slopes[0.3]), abs(slopes[0.3][1] - slopes[0.3][0]), "degrees", ".2f"),
         "down": Number(down, abs(down - both(MUS[0], STEPS[-2])[0]) + 1e-3, "D w / l^2", ".2f"),
         "up": Number(up, abs(up - both(MUS[0], STEPS[-2])[1]) + 1e-3, "D w / l^2", ".2f"),
@@ -331,7 +404,9 @@ def run(out: Path) -> dict[str, Number]:
         "Coulomb friction along a path (theory, eq. (5.14) to (5.16)), `sadowsky`, no weight unless it is named; "
         "lengths in l, forces in D w / l^2, work in D w / l.",
         "In short: the end that slides pushes {slid_push}, by shooting {slid_shot} ({slid_off} of it off; {stuck_off} "
-        "where the end sticks); at mu = 0.3 a strip slips off at {slope_03} degrees; a fold takes {down} down and {up} "
+        "where the end sticks); a heavy strip that is dragged presses on its table by {drag_shot} forth and "
+        "{drag_shot_back} back, within {drag_off} of shooting; at mu = 0.3 a strip slips off at {slope_03} degrees; "
+        "a fold takes {down} down and {up} "
         "up, and {lost} is lost round the loop.".format(**numbers),
         "## An end pressed on a floor",
         f"A strip is clamped {SLIDES[0]:g} degrees below the horizontal, its free end on the floor, mu = "
@@ -348,6 +423,14 @@ def run(out: Path) -> dict[str, Number]:
         f"At {STICKS[0]:g} degrees and mu = {STICKS[1]:g} > cot {STICKS[0]:g} degrees the end does not slide at all: "
         f"the strip buckles between clamp and end. After a fall of {STUCK_FALL:g} l T / N = {ratio:.5f}, the end went "
         f"{abs(went):.0e} l, and N is {far:.0e} of it off shooting with the end held (20 segments).",
+        "## A heavy strip dragged",
+        f"A strip of Gamma = {HEAVY:g} hangs from a clamp, level and {HANGS:g} l above a table (mu = {DRAG:g}), on "
+        f"which the rest lies; the clamp goes forth by {WAY[0]:g} l, the way that it points, and back to {WAY[1]:g} l, "
+        "four increments each. Push of the table where the strip slides; the elastica's, shot from where it touches, "
+        "with the friction of all that lies as its tension: "
+        f"{shots[0][0]:.4f} forth (it touches at {shots[0][1]:.4f} l), {shots[1][0]:.4f} back ({shots[1][1]:.4f} l). "
+        "What lies flat has more rows than what they hold; the least pushes that hold the same are taken.",
+        page.table(["energy", "segments", "forth", "back", "forth off", "back off"], drag_rows),
         "## A strip on a slope",
         "A heavy strip (Gamma = 1) lies on a table, held by nothing else; its weight turns from the table's normal. "
         "The last angle (degrees) at which it was found at rest, and the next one, at which it was not:",
