@@ -267,14 +267,14 @@ def broken(before: Point, after: Point, reach: float, options: Options) -> tuple
             def slack(point: Point, one: int = one) -> float:
                 return float(point.system.slacks(point.z, point.t)[one])
 
-            if first is not None and slack(between.point(first[0])) > BROKEN:
-                continue  # it is kept where another one is broken
             if slack(before) <= BROKEN:
                 if slack(before) >= -BROKEN and _rates(before)[one] > _FALLS:
                     return None  # it is kept first, and broken further on
                 place: float | None = 0.0
             else:
                 place = between.root(slack)
+            if place is None and first is not None and slack(between.point(first[0])) > BROKEN:
+                continue  # it is kept where another one is broken
             if place is None:
                 return None
             if first is None or place < first[0]:
