@@ -250,6 +250,25 @@ class _Cornered(_Resting):
 
 
 @dataclass(frozen=True)
+class _Dipping(_Resting):
+    """Condition 0 is met at t = 0.05, where 1 is kept: that one was broken between 0.03 and 0.045, and is beyond 0.052."""
+
+    gone: frozenset[int] = frozenset()
+
+    def slacks(self, z, t):
+        own = np.array([0.05 - t, -1e4 * (t - 0.03) * (t - 0.045) * (t - 0.052)])
+        return np.where([k in self.gone for k in range(2)], 1.0, own)
+
+    def beyond(self, z, t, condition, directions):
+        return replace(self, gone=self.gone | {condition}), z, directions, f"{condition} changes"
+
+
+def test_what_is_broken_first_is_found_though_it_is_kept_where_another_one_is_met():
+    run = follow(first_point(_Dipping(), np.zeros(1), 0.0, 1e-10), options=Options(step=0.1))
+    assert [(special.condition, round(special.point.t, 9)) for special in run.specials] == [(1, 0.03), (0, 0.05)]
+
+
+@dataclass(frozen=True)
 class _Ending(_Resting):
     """Nothing is known beyond t = 0.05."""
 
