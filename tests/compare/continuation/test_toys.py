@@ -251,7 +251,7 @@ class _Cornered(_Resting):
 
 @dataclass(frozen=True)
 class _Dipping(_Resting):
-    """Condition 0 is met at t = 0.05, where 1 is kept: that one was broken between 0.03 and 0.045, and is beyond 0.052."""
+    """Condition 0 is met at t = 0.05, where 1 is kept: that one was broken from 0.03 to 0.045, and is from 0.052 on."""
 
     gone: frozenset[int] = frozenset()
 
