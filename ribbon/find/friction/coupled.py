@@ -1,4 +1,4 @@
-"""Shape, pushes and friction of slipping places found together: Newton's method with ``|T| = mu N`` in it.
+"""Shape, pushes and friction found at once by Newton's method, ``|T| = mu N`` in it (docs/theory.md, eq. (5.26)).
 
 Rounds with the bounds b known (`ribbon.find.friction.increment`) take mu N of one round for b of the next, and do not
 settle where pushes answer to friction with more than it: left and right edge of a strip that lies flat, which twists

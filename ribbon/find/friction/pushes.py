@@ -1,4 +1,6 @@
-"""Of all pushes that hold one equilibrium the least: a strip that lies flat has more places than what bends it.
+"""Of all pushes that hold one equilibrium the least (docs/theory.md, eq. (5.26)).
+
+A strip that lies flat has more places that push than what bends it.
 
 Along a line of contact rows are more than the unknowns that they hold, and the multipliers of a minimum are then known
 but for the null space of ``J^T``. Which of them a minimiser ends with is left to its last step, so that bounds mu N
