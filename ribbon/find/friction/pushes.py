@@ -70,7 +70,10 @@ def undetermined(
     held, pushing = jacobian[others], jacobian[walls].T.toarray()
     square = held @ held.T
     firm = _FIRM * abs(square).max() * scipy.sparse.eye_array(others.size)  # rows of what a clamp holds are empty
-    carried = np.asarray(scipy.sparse.linalg.splu((square + firm).tocsc()).solve(held @ pushing))
+    try:
+        carried = np.asarray(scipy.sparse.linalg.splu((square + firm).tocsc()).solve(held @ pushing))
+    except RuntimeError:  # exactly singular: nothing can be told apart
+        return None
     null = _null(pushing - held.T @ carried, below)
     return Undetermined(walls, others, null, carried) if null.shape[1] else None
 
@@ -132,7 +135,10 @@ def _change(null: FloatArray, pushes: FloatArray) -> FloatArray:
     if least.min() >= 0.0:
         return least - pushes
     system = np.vstack([null.T, -least / np.abs(least).max()])
-    weights, _ = scipy.optimize.nnls(system, np.append(np.zeros(null.shape[1]), 1.0))
+    try:
+        weights, _ = scipy.optimize.nnls(system, np.append(np.zeros(null.shape[1]), 1.0))
+    except RuntimeError:  # it made all its steps: the pushes stay as they are
+        return np.zeros_like(pushes)
     at_rest = weights > 0.0  # these push nothing
     own_change = np.linalg.lstsq(null[at_rest], -least[at_rest], rcond=None)[0]
     return np.asarray(null @ (own_change - own))
