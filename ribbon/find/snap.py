@@ -38,6 +38,8 @@ _FARTHEST = 0.01
 _MOST = 64
 #: Part of that step below which a way that leads through the strip itself is given up.
 _SHORTEST = 0.2
+#: Part of the distance to be kept that a pair may be short of in a step.
+_FELL = 0.5
 _PASSED = "The way downhill leads through the strip itself."
 #: How far an unstable state is moved along its mode, over the distance to be kept.
 _KICK = 0.2
@@ -68,7 +70,7 @@ def downhill(
         minimum = newton_rows.minimise(fresh, x, chosen, progress, warm)
         iterations += minimum.iterations
         finite = bool(np.all(np.isfinite(minimum.x)))
-        if finite and passage.passage(problem, x, fresh, minimum.x) is not None:
+        if finite and (fell(fresh, x, minimum.x) or passage.passage(problem, x, fresh, minimum.x) is not None):
             if far < _SHORTEST * travel or spent():
                 problem = fresh
                 minimum = replace(minimum, x=x, residual=1.0, finished=False, message=_PASSED)
@@ -92,6 +94,16 @@ def downhill(
     if minimum is None:
         minimum = newton_rows.minimise(problem, x, {**chosen, "max_iter": 0}, progress)
     return problem, replace(minimum, iterations=iterations)
+
+
+def fell(problem: MixedProblem, x: FloatArray, after: FloatArray) -> bool:
+    """Whether a pair that was not fell upon itself: which side its places are on is lost where they are one, and no
+    step leads apart again. Samples of a thin strip (`ribbon.judge.passage`) may lie too far apart to see it."""
+    if not problem.pairs:
+        return False
+    rows = problem.pair_rows()
+    least = -_FELL * problem.apart
+    return bool(((rows.gaps(after) < least) & (rows.gaps(x) >= least)).any())
 
 
 def _what_could_meet(problem: MixedProblem, x: FloatArray, below: float) -> tuple[Pair, ...]:

@@ -79,6 +79,20 @@ def test_strands_that_change_sides_pass(twisted):
     assert passage(problem, above, problem, problem.state(7.5 + 0.0 * s, 0.45 + 0.0 * s)) is None
 
 
+def test_places_that_a_step_lays_upon_each_other_are_seen_whatever_the_samples():
+    """A flat coil of more than a turn, reached from a helix: nothing tells the side of places that are one."""
+    problem = build(STRIP, Clamp(), energy="kirchhoff", segments=40, apart=1e-4, round_rod=True, formulation="mixed")
+    s = np.linspace(0.0, 1.0, 41)
+    helix, flat = (problem.state(7.5 + 0.0 * s, twist + 0.0 * s) for twist in (0.5, 0.0))
+    (gap, pair), *_ = nearness.minima(problem, helix, 0.1)
+    assert gap > 0.01
+    near = problem.with_changes(pairs=(pair,))
+    assert snap.fell(near, helix, flat)
+    assert near.pair_rows().gaps(flat)[0] < -0.5 * problem.apart
+    assert not snap.fell(near, flat, flat)
+    assert not snap.fell(near, helix, helix)
+
+
 def test_where_nothing_is_kept_apart_a_strip_goes_downhill_as_it_is():
     """From the shape of a second arch to the first; nothing passes, whatever the way."""
     strip, end = Strip(1.0, 0.02, NU, thickness=0.001), Clamp((0.0, 0.0, 0.8), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
