@@ -19,7 +19,7 @@ LEVEL = 0.03
 #: Conditions of one side that may change with the elements, at the most.
 CHANGES = 12
 #: Points, and arc length over the step in which it was found, within which a special point is walked to.
-_WALK, _FAR = 24, 8.0
+_WALK, _FAR = 40, 24.0
 
 
 def relocated(special: Special, options: Options | None = None) -> Special | None:
@@ -65,16 +65,18 @@ def continued(before: Point, t: float, options: Options | None = None) -> Point 
 
 
 def _walked(start: Point, special: Special, options: Options) -> Special | None:
-    """The same one on the branch through `start`, its elements moving with it: on the side on which it has to be.
-    None for elements that stay: there it would have been within reach."""
-    point, (dz, _) = special.point, special.before.tangent
-    if point.system.moved(point.z, point.t, dz[:, None])[0] is point.system:
-        return None
+    """The same one on the branch through `start`, its elements moving with it: on the side on which it has to be, or,
+    where `start` is on another branch through it, on either. Where the parameter turns back, an error of the elements
+    in it is a long way along the branch."""
     first = on_moved_elements(start, options)
     first = first if first.unstable == special.before.unstable else first.turned()
     short = replace(options, step=0.25 * special.reach, most=special.reach, steps=_WALK)
-    run = follow(first, options=short, on_point=lambda point: point.arc - first.arc < _FAR * special.reach)
-    return next((one for one in run.specials if one.kind == special.kind), None)
+    for way in (first, first.turned()) if special.kind == "branch_point" else (first,):
+        run = follow(way, options=short, on_point=lambda point: point.arc - first.arc < _FAR * special.reach)
+        alike = next((one for one in run.specials if one.kind == special.kind), None)
+        if alike is not None:
+            return alike
+    return None
 
 
 def _carried(point: Point, options: Options, level: bool) -> Point | None:

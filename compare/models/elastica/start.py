@@ -204,7 +204,11 @@ def out_of_plane(scene: Scene, shape: Shape, s: FloatArray) -> float:
 
 
 def _beginning(scene: Scene, first: ElasticaProblem) -> ElasticaProblem:
-    """The unloaded strip that is naturally bent like the seed (its linear part, where the seed has more values)."""
+    """The unloaded strip that is naturally bent like the seed (its linear part, where the seed has more values).
+
+    Held at both ends a seed of less than half a turn says a side; where its linear part would lie on the other one,
+    it is fitted by what it does to the deflection from the chord.
+    """
     values = np.array(scene.seed_curvature)
     s = np.linspace(0.0, 1.0, len(values))
     slope, start = np.polyfit(s, values, 1)
@@ -214,6 +218,10 @@ def _beginning(scene: Scene, first: ElasticaProblem) -> ElasticaProblem:
     if first.end is not None and float(np.abs(bent).max()) < STRAIGHT:
         turn = first.end_angle or 0.0
         bent = (turn, turn) if abs(turn) > LEVEL else (seed_side(values) * BOW,) * 2
+    elif first.end is not None and abs(seed_turn(scene)) < math.pi and sum(bent) * _sag(values) < 0.0:
+        s, curvature, weight = _weighed(values)
+        slope, start = np.polyfit(s, curvature, 1, w=np.sqrt(weight))
+        bent = float(start), float(start + slope)
     return natural_start(first, bent)
 
 
@@ -224,11 +232,20 @@ def seed_side(values: FloatArray) -> float:
     strip is - int kappa s (1 - s) / 2 ds. 1 where that is nothing beside the curvatures: a seed in S, or a straight one
     has no side, and rounding is not asked.
     """
-    s = np.linspace(0.0, 1.0, 20 * (len(values) - 1) + 1)
-    curvature = np.interp(s, np.linspace(0.0, 1.0, len(values)), values)
-    weight = s * (1.0 - s)
+    return -1.0 if _sag(values) < 0.0 else 1.0
+
+
+def _sag(values: FloatArray) -> float:
+    """The mean of the seed's curvature by s (1 - s); 0 where it is nothing beside the curvatures."""
+    _, curvature, weight = _weighed(values)
     mean = float(curvature @ weight) / float(weight.sum())
-    return -1.0 if mean < -LEVEL * float(np.abs(values).max()) else 1.0
+    return mean if abs(mean) > LEVEL * float(np.abs(values).max()) else 0.0
+
+
+def _weighed(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Abscissae of the seed, its curvature there and how much it counts for the deflection, s (1 - s)."""
+    s = np.linspace(0.0, 1.0, 20 * (len(values) - 1) + 1)
+    return s, np.interp(s, np.linspace(0.0, 1.0, len(values)), values), s * (1.0 - s)
 
 
 STRAIGHT = 0.5

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from compare.battery.cases.branches.scenes import clamps
 from compare.models import model
 from compare.models import solve as solve_scene
 from compare.models.base import Options
@@ -214,6 +215,19 @@ def test_a_seed_without_a_linear_part_keeps_its_side(nearly, side):
     assert seed_side(np.array(seed)) == -side
     began = _alone_begins(seed)
     assert began == pytest.approx((-2.0 * side, -2.0 * side))
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("seed", [[3.0, -3.0, 3.0], [6.0, -2.0, -2.0, 6.0]])
+def test_alone_it_lies_on_the_side_of_its_seed_as_a_ribbon_does(seed, side):
+    """Their linear parts bend to the other side than they lie on."""
+    keys = {"clamp.end.position": [0.8, 0.0, 0.0], "clamp.end.tangent": [1.0, 0.0, 0.0]}
+    keys |= {"clamp.end.normal": [0.0, 0.0, 1.0], "seed.curvature": [side * value for value in seed]}
+    scene = loads(clamps(elements=None)).replace(keys)
+    alone, ribbon = (solve_scene(scene.replace({"model.energy": energy})) for energy in ("elastica", "sadowsky"))
+    assert alone.word == ribbon.word == "converged"
+    assert alone.middle.position[2] == pytest.approx(ribbon.middle.position[2], abs=1e-3)
+    assert alone.middle.position[2] * side < -0.2
 
 
 def test_a_seed_in_s_has_no_side():

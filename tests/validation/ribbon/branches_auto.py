@@ -25,7 +25,7 @@ MESHES, EQUAL = (5, 10, 20, 40, 80), 1e-8
 KEY = "clamp.end.position[2]"
 #: Weights up to which coils are followed, elements, by K.
 COILS = {10: (200.0, 20), -10: (200.0, 20), 40: (1200.0, 40), -40: (1200.0, 40), 100: (7500.0, 80), -100: (7500.0, 80)}
-ARCH, WAVE = [-6.0, 6.0, -6.0], [-6.0, 0.0, 6.0]
+ARCH, WAVE = [6.0, -6.0, 6.0], [-6.0, 0.0, 6.0]
 LEVEL, TILTED = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]), ([0.96, 0.0, -0.28], [0.28, 0.0, 0.96])
 #: Frames of the end, seed, first and last shift, kind of the one special point.
 CASES = {

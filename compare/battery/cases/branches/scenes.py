@@ -7,7 +7,7 @@ from collections.abc import Sequence
 #: Height of the end over the clamp.
 SHIFT = "clamp.end.position[2]"
 ALONG, UP = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
-ARCH = (-6.0, 6.0, -6.0)
+ARCH = (6.0, -6.0, 6.0)
 
 
 def mast(
