@@ -141,11 +141,20 @@ def _slipping(problem: MixedProblem, x: FloatArray, pushing: Sequence[IntArray])
     across: list[FloatArray] = []
     values: list[FloatArray] = []
     assert problem.friction is not None
-    for k, columns, slope in problem.friction.by_bounds(x):
-        own = pushing[k]
-        down.append(np.repeat(columns, own.size))
-        across.append(np.tile(own, columns.size))
-        values.append(np.repeat(-problem.walls[problem.rubs[k].wall].friction * slope, own.size))
+    friction = problem.friction
+    for group in friction.groups:
+        u = np.column_stack([rows.values(x) - friction.place[group.which] @ e
+                             for e, rows in zip(group.along, group.rows, strict=True)])  # fmt: skip
+        t = friction.guess[group.which] @ group.along.T + friction.stiffness[group.which][:, None] * u
+        size = np.linalg.norm(t, axis=1)
+        slopes = [rows.jacobian(x).reshape(rows.count, -1) for rows in group.rows]
+        for j in np.flatnonzero(size > friction.bound[group.which]):
+            k = group.which[j]
+            own, columns = pushing[k], group.rows[0].columns[j]
+            slope = (t[j, 0] * slopes[0][j] + t[j, 1] * slopes[1][j]) / size[j]
+            down.append(np.repeat(columns, own.size))
+            across.append(np.tile(own, columns.size))
+            values.append(np.repeat(-problem.walls[problem.rubs[k].wall].friction * slope, own.size))
     if not values:
         return scipy.sparse.csr_array((problem.size, problem.row_count))
     entries = np.concatenate(values), (np.concatenate(down), np.concatenate(across))

@@ -122,18 +122,13 @@ class Friction:
             found[group.which] = group.rows[0].points(x)
         return found
 
-    def _trials(self, group: Group, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """L and t (k, 2) along the two directions."""
+    def _of(self, group: Group, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         u = np.column_stack(
             [rows.values(x) - self.place[group.which] @ e for e, rows in zip(group.along, group.rows, strict=True)]
         )
         guess = self.guess[group.which] @ group.along.T
-        return guess, guess + self.stiffness[group.which][:, None] * u
-
-    def _of(self, group: Group, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        guess, t = self._trials(group, x)
         stiffness = self.stiffness[group.which]
-        value, force, slope = rubbed(t, self.bound[group.which], stiffness)
+        value, force, slope = rubbed(guess + stiffness[:, None] * u, self.bound[group.which], stiffness)
         return value - np.sum(guess**2, axis=1) / (2.0 * stiffness), force, slope
 
     def value(self, x: FloatArray) -> float:
@@ -145,19 +140,6 @@ class Friction:
         found = np.zeros((len(self.rubs), 3))
         for group in self.groups:
             found[group.which] = self._of(group, x)[1] @ group.along
-        return found
-
-    def by_bounds(self, x: FloatArray) -> list[tuple[int, IntArray, FloatArray]]:
-        """Of each particle k that slips the columns (c,) of the gradient that its bound changes, and by how much (c,):
-        ``d T / d b = t / |t|``."""
-        found = []
-        for group in self.groups:
-            _, t = self._trials(group, x)
-            size = np.linalg.norm(t, axis=1)
-            slopes = [rows.jacobian(x).reshape(rows.count, -1) for rows in group.rows]
-            for j in np.flatnonzero(size > self.bound[group.which]):
-                slope = (t[j, 0] * slopes[0][j] + t[j, 1] * slopes[1][j]) / size[j]
-                found.append((int(group.which[j]), group.rows[0].columns[j], slope))
         return found
 
     def add_gradient(self, x: FloatArray, out: FloatArray) -> None:

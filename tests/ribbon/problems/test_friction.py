@@ -62,31 +62,6 @@ def test_gradient_and_hessian(energy: str, bound: float) -> None:
     np.testing.assert_allclose(both @ way, by_gradient, atol=1e-6 * np.abs(by_gradient).max())
 
 
-def test_how_the_gradient_changes_with_the_bound_of_what_slips() -> None:
-    """Differences of the gradient by one bound after the other, of two places that slip and one that sticks."""
-    problem, x = _problem("wunderlich", 1e-3, np.random.default_rng(0))
-    rubs = (problem.rubs[0], problem.rubs[1]._replace(bound=1e9), problem.rubs[2])
-    known = {k: (columns, slope) for k, columns, slope in _rubbed(problem, rubs).by_bounds(x)}
-    assert sorted(known) == [0, 2]
-    for k, (columns, slope) in known.items():
-        own = np.zeros(x.size)
-        np.add.at(own, columns, slope)
-        ends = []
-        for bound in (0.5e-3, 1.5e-3):
-            out = np.zeros(x.size)
-            _rubbed(problem, tuple(r._replace(bound=bound) if j == k else r for j, r in enumerate(rubs))).add_gradient(
-                x, out
-            )
-            ends.append(out)
-        assert own == pytest.approx((ends[1] - ends[0]) / 1e-3, abs=1e-9)
-
-
-def _rubbed(problem: MixedProblem, rubs: tuple[Rub, ...]) -> term.Friction:
-    friction = problem.with_changes(rubs=rubs).friction
-    assert friction is not None
-    return friction
-
-
 def test_the_particles_are_those_of_the_surface() -> None:
     """A particle's place by the rows is that of the surface, by its own search for the ruling through it."""
     problem, x = _problem("wunderlich", 1.0, np.random.default_rng(1))
