@@ -10,7 +10,7 @@ from tests.validation.ribbon import short_coil as page
 from tests.validation.ribbon.short_coil import apart, change, known
 
 
-@pytest.mark.parametrize("which", [0, 1, 2])
+@pytest.mark.parametrize("which", [pytest.param(0, marks=pytest.mark.validate), 1, 2])
 def test_kinds_follow_each_other_where_they_are_known_to(which):
     assert change(which, 30) == pytest.approx(known(which), abs=2e-3)
 
