@@ -207,7 +207,7 @@ def _beginning(scene: Scene, first: ElasticaProblem) -> ElasticaProblem:
     """The unloaded strip that is naturally bent like the seed (its linear part, where the seed has more values).
 
     Held at both ends a seed of less than half a turn says a side; where its linear part would lie on the other one,
-    it is fitted by what it does to the deflection from the chord.
+    its mean is turned over.
     """
     values = np.array(scene.seed_curvature)
     s = np.linspace(0.0, 1.0, len(values))
@@ -219,9 +219,7 @@ def _beginning(scene: Scene, first: ElasticaProblem) -> ElasticaProblem:
         turn = first.end_angle or 0.0
         bent = (turn, turn) if abs(turn) > LEVEL else (seed_side(values) * BOW,) * 2
     elif first.end is not None and abs(seed_turn(scene)) < math.pi and sum(bent) * _sag(values) < 0.0:
-        s, curvature, weight = _weighed(values)
-        slope, start = np.polyfit(s, curvature, 1, w=np.sqrt(weight))
-        bent = float(start), float(start + slope)
+        bent = -bent[1], -bent[0]
     return natural_start(first, bent)
 
 
@@ -237,15 +235,11 @@ def seed_side(values: FloatArray) -> float:
 
 def _sag(values: FloatArray) -> float:
     """The mean of the seed's curvature by s (1 - s); 0 where it is nothing beside the curvatures."""
-    _, curvature, weight = _weighed(values)
+    s = np.linspace(0.0, 1.0, 20 * (len(values) - 1) + 1)
+    curvature = np.interp(s, np.linspace(0.0, 1.0, len(values)), values)
+    weight = s * (1.0 - s)
     mean = float(curvature @ weight) / float(weight.sum())
     return mean if abs(mean) > LEVEL * float(np.abs(values).max()) else 0.0
-
-
-def _weighed(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Abscissae of the seed, its curvature there and how much it counts for the deflection, s (1 - s)."""
-    s = np.linspace(0.0, 1.0, 20 * (len(values) - 1) + 1)
-    return s, np.interp(s, np.linspace(0.0, 1.0, len(values)), values), s * (1.0 - s)
 
 
 STRAIGHT = 0.5
